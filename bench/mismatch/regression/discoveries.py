@@ -94,7 +94,7 @@ def _discovery(
     return Discovery(
         effect=tested.effect,
         status=status,
-        confidence=_confidence(slot, status, as_good) * sure,
+        confidence=_confidence(slot, status, as_good, sure),
         channel=model.channel,
         words=regressor.words,
         equation=regressor.equation,
@@ -163,15 +163,20 @@ def _refitted(
     )
 
 
-def _confidence(slot: Slot, status: str, as_good: Sequence[Contender]) -> float:
-    """Weight of all models that say the same of the effect: its name, the names not told apart, or no name."""
+def _confidence(slot: Slot, status: str, as_good: Sequence[Contender], sure: float) -> float | None:
+    """Weight of all models that say the same of the effect: its name, the names not told apart, or no name; of which
+    a share is ``sure``. None where a name has more weight and is not taken, as it may be a part of what has none: then
+    the weights are not those of what the report says.
+    """
     if status == AMBIGUOUS:
         share = slot.weight + sum(r.weight for r in as_good)
     elif status == UNKNOWN_STATUS:
         share = slot.weight + sum(r.weight for r in slot.alternatives if r.chosen.effect == UNKNOWN)
+        if any(r.weight > share for r in as_good):
+            return None
     else:
         share = slot.weight
-    return float(min(max(share * (1.0 - slot.p_value), 0.0), 1.0))
+    return float(min(max(share * (1.0 - slot.p_value), 0.0), 1.0)) * sure
 
 
 def sure_of_name(status: str, at_the_end: bool, coefficients: FloatArray, std: FloatArray) -> float:

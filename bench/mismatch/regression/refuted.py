@@ -104,6 +104,8 @@ def borne_out(model: ChannelModel) -> list[Chosen]:
     half of what it adds to the fitted ones, they say nothing of it: a lag shows in warm-ups. It then goes only beside a
     function without a name, at the end of its range, or if its size may be nothing, and if they are worse by more than
     the standard error of the difference.
+    A function of a quantity that is no channel of the bench goes if they are worse by more than the standard error: it
+    may stand for another machine that acts on this one.
     A name that predicts better within recordings stays: their levels differ by themselves.
     What a hysteresis is like at the beginning of a recording, none can predict: terms of the torque's path go only if
     they are worse by more than that as well. Which effects there are was chosen without these recordings; they only
@@ -143,7 +145,7 @@ def worse_with(model: ChannelModel, current: Sequence[Chosen], effect: Chosen) -
     """
     problem = model.problem
     held = problem.held_out
-    if of_auxiliary(effect.main.regressor) or not held.any():
+    if not held.any():
         return None
     if effect.effect != UNKNOWN and effect.nominal:
         return None
@@ -159,7 +161,9 @@ def worse_with(model: ChannelModel, current: Sequence[Chosen], effect: Chosen) -
     added = float(np.average((left[0] - left[1]) ** 2, weights=number))
     found = error_of_mean(change, recording, number)
     error = np.inf if found is None else criteria.ONE_ERROR * found
-    if effect.effect == UNKNOWN:
+    if of_auxiliary(effect.main.regressor):
+        allowed = error
+    elif effect.effect == UNKNOWN:
         # where more than noise is left without it, something is missing, and what predicts better says where
         allowed = -error if added > 2.0 * error and not _much_is_left(model, others) else 0.0
     elif PATH in effect.main.regressor.variables:

@@ -162,7 +162,7 @@ def _chance(p: float) -> str:
 def _finding(finding: Finding, report: Report) -> str:
     also = f", also in {_e(', '.join(map(in_words, finding.also_in)))}" if finding.also_in else ""
     sure = finite(finding.discovery.confidence)
-    confidence = _missing(reasons.NO_CONFIDENCE) if sure is None else f"{sure:.2f}"
+    confidence = _missing(reasons.of_confidence(finding)) if sure is None else f"{sure:.2f}"
     words = finding.discovery.words
     more = f" That is: {_e(words)}." if words and words != finding.name else ""
     parts = [

@@ -10,11 +10,17 @@ from bench.mismatch.report.finding import Finding
 NO_HELD_OUT = "no recording could be held out"
 NO_STRUCTURE = "what is left was not tested"
 NO_CONFIDENCE = "no calibration of confidences covers such a finding"
+A_NAME_IS_LIKELIER = "a name below predicts best, but beside something else without a name it may be a part of that"
 NO_SURROGATES = "no surrogates were drawn for it"
 NO_STD = "the fit gives none: it was chosen, not fitted"
 NO_VALUE = "the recordings do not determine it"
 NO_ROWS_COMPARED = "it was compared by predictive densities only"
 NOT_EVALUATED = "the model could not be evaluated on these recordings"
+
+
+def of_confidence(finding: Finding) -> str:
+    """Why a finding has no confidence."""
+    return A_NAME_IS_LIKELIER if any(a.as_good for a in finding.alternatives) else NO_CONFIDENCE
 
 
 def of_score(outcome: ChannelOutcome, score: str, kind: str) -> str:
