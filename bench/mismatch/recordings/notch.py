@@ -6,11 +6,13 @@ as a notch (bench-physics, "Nominal simulation" 1); how many pole pairs there ar
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
 import finufft
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 
 from bench.mismatch import criteria
 from bench.recording import Recording
@@ -50,11 +52,14 @@ def ripple_orders(recordings: Sequence[Recording]) -> tuple[float, ...]:
     Looked for in what the torque sensor reads beyond the load motor's torque, with one phase in all recordings.
     """
     seen: list[Complex] = []
+    levels: list[float] = []
+    shaken: list[Complex] = []
     highest = 12 * MOST_POLE_PAIRS + 2 * _NEIGHBOURS
     steady = [r for r in recordings if {"load_torque", "load_angle"} <= set(r.specs) and r.steady()]
     for recording in steady[:: max(1, len(steady) // _LOOKED_AT)]:
         part = max(recording.steady(), key=lambda s: s.stop - s.start)
-        values = recording.read_si(("load_angle", "load_torque"), part.start, part.stop)
+        names = [n for n in ("load_angle", "load_torque", "motor_angle") if n in recording.specs]
+        values = recording.read_si(names, part.start, part.stop)
         angle, torque = values["load_angle"], values["load_torque"]
         if angle.size < 200 or not np.isfinite(angle).all() or not np.isfinite(torque).all():
             continue
@@ -65,13 +70,19 @@ def ripple_orders(recordings: Sequence[Recording]) -> tuple[float, ...]:
         taper = np.hanning(angle.size)
         clipped = np.clip(torque, -limit, limit) * taper
         line = 2.0 * spectrum(angle, clipped, highest) / max(float(taper.sum()), 1.0)
-        seen.append(line / max(float(np.median(np.abs(line))), 1e-300))
+        levels.append(max(float(np.median(np.abs(line))), 1e-300))
+        seen.append(line / levels[-1])
+        shaken.append(_shaking(recording, values, taper, highest) / levels[-1])
     if len(seen) < criteria.FEWEST_RECORDINGS:
         return ()
     mean = np.mean(seen, axis=0)
     power = np.abs(mean) ** 2
     pairs = np.arange(1, MOST_POLE_PAIRS + 1)
     strength = np.array([[_line_strength(power, 6 * k * int(p)) for k in (1, 2)] for p in pairs])
+    lines, inertial, one = np.array(seen), np.array(shaken), 1.0 / np.array(levels)
+    for k, order in itertools.product((1, 2), 6 * pairs):
+        if not _coherent(lines[:, k * order]) or _follows(lines[:, k * order], inertial[:, k * order], one):
+            strength[order // 6 - 1, k - 1] = 0.0
     best = int(np.argmax(strength.max(axis=1)))
     if strength[best].max() < criteria.LINE_POWER:
         return ()
@@ -79,6 +90,44 @@ def ripple_orders(recordings: Sequence[Recording]) -> tuple[float, ...]:
     if strength[best, 0] < criteria.LINE_POWER and p % 2 == 0 and strength[best, 1] == strength.max():
         p = 2 * p  # only twelve times p stands out: it is six times twice as many
     return (6.0 * p, 12.0 * p)
+
+
+def _shaking(recording: Recording, values: dict[str, FloatArray], taper: FloatArray, highest: int) -> Complex:
+    """Acceleration of the load, rad/s², at the orders 0 … highest, by the transmission error in steady motion: each
+    wave of it grows with the square of the speed. Zeros where there is no second angle.
+    """
+    ratio = recording.gearbox.ratio
+    if "motor_angle" not in values or ratio is None or not np.isfinite(values["motor_angle"]).all():
+        return np.zeros(highest + 1, dtype=np.complex128)
+    angle = values["load_angle"]
+    error = angle - values["motor_angle"] / ratio
+    speed = float(np.ptp(angle)) * float(recording.sample_rate) / angle.size
+    waves = 2.0 * spectrum(angle, (error - np.median(error)) * taper, highest) / max(float(taper.sum()), 1.0)
+    return np.asarray(-((np.arange(highest + 1) * speed) ** 2) * waves)
+
+
+def _follows(line: Complex, inertial: Complex, one: FloatArray) -> bool:
+    """Whether the torque at an order (recordings,) is in proportion to the acceleration there, rather than one
+    ripple in all recordings: then it is the inertia of the load, which the simulation has. All over the level of the
+    recording's noise, so that ``one`` (recordings,) is a ripple of one size.
+    """
+
+    def left(by: Complex) -> float:
+        energy = max(float(np.sum(np.abs(by) ** 2)), 1e-300)
+        return float(np.sum(np.abs(line - by * np.vdot(by, line) / energy) ** 2))
+
+    return left(inertial) < left(one.astype(np.complex128))
+
+
+def _coherent(line: Complex) -> bool:
+    """Whether vectors (recordings,) have a mean that scatter alone would have in one folder of a hundred, for the best
+    of all numbers of pole pairs (F test). A slow wavering of the load stands at low orders, with a phase of its own in
+    each recording.
+    """
+    scatter = float(np.sum(np.abs(line - line.mean()) ** 2)) / (line.size - 1)
+    return line.size * abs(line.mean()) ** 2 > scatter * float(
+        stats.f.isf(criteria.ERROR_RATE / MOST_POLE_PAIRS, 2, 2 * (line.size - 1))
+    )
 
 
 def _line_strength(power: FloatArray, order: int) -> float:

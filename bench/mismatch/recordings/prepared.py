@@ -22,6 +22,7 @@ from bench.mismatch.recordings.faulty import stuck
 from bench.mismatch.recordings.level import kept_segments, levelled, numbered
 from bench.mismatch.recordings.motion import Manner, corners, directions, passing, since_change
 from bench.mismatch.recordings.notch import notched
+from bench.mismatch.recordings.shaking import shaken
 from bench.mismatch.recordings.smoothing import local_quadratic, repaired, smoothed
 from bench.mismatch.recordings.thinning import Measured, Thinning, group_of
 from bench.mismatch.recordings.window import ANGLE, VELOCITY, Rates, motion
@@ -164,9 +165,11 @@ def prepare(
         motor = np.cumsum(omega) / rate
     theta = motor / ratio
     q = load if "load_angle" in signals else theta
-    _, q_rate, q_acceleration = smoothed(q, rate, span, whole)
+    q_smooth, q_rate, q_acceleration = smoothed(q, rate, span, whole)
     if "motor_angle" in signals and "load_angle" in signals:
+        turning = [piece for piece in whole if label[piece.start] >= 0 and steady[piece.start] > 0.5]
         q_acceleration = _quieter(q_acceleration, acceleration / ratio)
+        q_acceleration = q_acceleration + shaken(q, q - q_smooth, q_rate, turning)
     direction, last = directions(omega, manner.standstill)
     reversal_travel, reversal_time, reversed_before = since_change(theta, time, direction, last)
 
