@@ -62,17 +62,32 @@ def _jumps(frame: Frame, orders: FloatArray, vectors: Complex, law: Law, pole: c
     speed, step = frame.velocity, frame.step
     # force or base: what moves goes on with its place and its rate
     steady = vectors * (1.0 + (MODES | EACH)[form](speed[:, None] * orders[None, :], natural, damping))
-    rate = steady * (1j * speed[:, None] * orders[None, :])
     both = np.maximum(step[:-1] + step[1:], 1e-300)
     angle = frame.theta[:-1] + np.diff(frame.theta) * step[:-1] / both
-    wave = np.exp(1j * angle[:, None] * orders[None, :])
-    deflection = np.sum(-np.diff(steady, axis=0) * wave, axis=1).imag
-    velocity = np.sum(-np.diff(rate, axis=0) * wave, axis=1).imag
+    deflection, velocity = _steps(steady, np.ascontiguousarray(speed), angle, np.ascontiguousarray(orders))
     out = np.zeros(frame.size, dtype=np.complex128)
     out[1:] = deflection - 1j * (velocity - pole.real * deflection) / pole.imag
     late = np.diff(frame.elapsed) > _LATE * 0.5 * both
     out[1:][late] = np.nan
     return out
+
+
+@numba.njit(cache=True)
+def _steps(steady: Complex, speed: FloatArray, angle: FloatArray, orders: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """By how much the ``steady`` response (n, k) of all orders, and its rate, fall short of the row before at the
+    ``angle`` (n - 1,) between each two rows.
+    """
+    deflection, velocity = np.zeros(angle.size), np.zeros(angle.size)
+    for i in range(angle.size):
+        for k in range(orders.size):
+            before, after = steady[i, k], steady[i + 1, k]
+            if before == 0.0 and after == 0.0:
+                continue
+            wave = complex(np.cos(angle[i] * orders[k]), np.sin(angle[i] * orders[k]))
+            change = (before * speed[i] - after * speed[i + 1]) * complex(0.0, orders[k])
+            deflection[i] += ((before - after) * wave).imag
+            velocity[i] += (change * wave).imag
+    return deflection, velocity
 
 
 @numba.njit(cache=True)

@@ -125,9 +125,8 @@ def _coherent(line: Complex) -> bool:
     each recording.
     """
     scatter = float(np.sum(np.abs(line - line.mean()) ** 2)) / (line.size - 1)
-    return line.size * abs(line.mean()) ** 2 > scatter * float(
-        stats.f.isf(criteria.ERROR_RATE / MOST_POLE_PAIRS, 2, 2 * (line.size - 1))
-    )
+    least = float(stats.f.isf(criteria.ERROR_RATE / MOST_POLE_PAIRS, 2, 2 * (line.size - 1)))
+    return bool(line.size * abs(line.mean()) ** 2 > scatter * least)
 
 
 def _line_strength(power: FloatArray, order: int) -> float:

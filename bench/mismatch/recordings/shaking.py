@@ -41,7 +41,7 @@ def shaken(angle: FloatArray, left: FloatArray, speed: FloatArray, pieces: Seque
         power[0] = 0.0
         noise = median_filter(power, _NEIGHBOURS, mode="nearest") / np.log(2.0)
         clear = np.flatnonzero(power > criteria.LINE_POWER * np.maximum(noise, 1e-300))
-        orders = clear * unit
-        bending = [-(orders**2) * part[clear] for part in (found.real, found.imag)]
+        orders: FloatArray = np.asarray(clear * unit)
+        bending = [np.asarray(-(orders**2) * part[clear]) for part in (found.real, found.imag)]
         out[piece] = of_orders(x - x[0], orders, *bending) * speed[piece] ** 2
     return out
