@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bench.mismatch.discovery import ChannelOutcome
+from bench.mismatch.discovery import UNKNOWN, ChannelOutcome
 from bench.mismatch.report.finding import Finding
 
 NO_HELD_OUT = "no recording could be held out"
@@ -20,7 +20,8 @@ NOT_EVALUATED = "the model could not be evaluated on these recordings"
 
 def of_confidence(finding: Finding) -> str:
     """Why a finding has no confidence."""
-    return A_NAME_IS_LIKELIER if any(a.as_good for a in finding.alternatives) else NO_CONFIDENCE
+    likelier = finding.status == UNKNOWN and any(a.as_good and a.effect != UNKNOWN for a in finding.alternatives)
+    return A_NAME_IS_LIKELIER if likelier else NO_CONFIDENCE
 
 
 def of_score(outcome: ChannelOutcome, score: str, kind: str) -> str:
