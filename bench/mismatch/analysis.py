@@ -81,7 +81,8 @@ def compared_channels(data: Dataset) -> tuple[list[str], list[str]]:
             )
         elif channel == TEMPERATURE and not _has_a_course(rows):
             skipped.append(
-                f"{channel} is not compared: no recording lasts {2.0 * HEAT_S:.0f} s, so none shows how it changes"
+                f"{channel} is not compared: no recording lasts longer than a mean of {HEAT_S:.0f} s, so none shows how it"
+                " changes"
             )
         else:
             out.append(channel)
@@ -89,8 +90,8 @@ def compared_channels(data: Dataset) -> tuple[list[str], list[str]]:
 
 
 def _has_a_course(rows: Rows) -> bool:
-    """Whether a recording has two rows at least: the level at which it begins is free."""
-    return bool(np.bincount(rows.frame.recording, minlength=1).max(initial=0) > 1)
+    """Whether a recording has two usable rows at least: the level at which it begins is free."""
+    return bool(np.bincount(rows.frame.recording[usable(TEMPERATURE, rows)], minlength=1).max(initial=0) > 1)
 
 
 def analyse(

@@ -40,7 +40,9 @@ LEAKS = 1.5
 CLEAR = 3.0
 """standard deviations of the energy of noise above what an order has to gain, from which one is followed"""
 MOST_SUMMITS = 192
-"""summits of the energy that are looked at in a round"""
+"""summits of the energy that are looked at in a round, those that stand out most first: a motion that is not quite even
+has hundreds that are no order
+"""
 HALF = 0.5
 """share of what stands at an order, beyond noise, that it says at least where it is an order: the rest is that of its
 neighbours. A tone is heard with another phase in each revolution, and says less of itself.
@@ -107,7 +109,7 @@ def _usual(energy: FloatArray, revolutions: int) -> FloatArray:
 
     Between the whole orders more may stand everywhere than whole orders tell: a motion that is not quite even, say.
     """
-    about = median_filter(energy, round(2.0 * LEAK * PARTS) + 1, mode="nearest")
+    about = median_filter(energy, round(2.0 * LEAK * PARTS) + 1, mode="mirror")
     return np.asarray(np.maximum(about / revolutions, 1.0))
 
 

@@ -75,13 +75,15 @@ def ripple_orders(recordings: Sequence[Recording]) -> tuple[float, ...]:
         shaken.append(_shaking(recording, values, taper, highest) / levels[-1])
     if len(seen) < criteria.FEWEST_RECORDINGS:
         return ()
-    mean = np.mean(seen, axis=0)
-    power = np.abs(mean) ** 2
+    lines, inertial, one = np.array(seen), np.array(shaken), 1.0 / np.array(levels)
+    power = np.abs(one @ lines) ** 2
     pairs = np.arange(1, MOST_POLE_PAIRS + 1)
     strength = np.array([[_line_strength(power, 6 * k * int(p)) for k in (1, 2)] for p in pairs])
-    lines, inertial, one = np.array(seen), np.array(shaken), 1.0 / np.array(levels)
+    # two orders of each number of pole pairs are asked
+    least = float(stats.f.isf(criteria.ERROR_RATE / strength.size, 2, 2 * (one.size - 1)))
     for k, order in itertools.product((1, 2), 6 * pairs):
-        if not _coherent(lines[:, k * order]) or _follows(lines[:, k * order], inertial[:, k * order], one):
+        line = lines[:, k * order]
+        if _coherence(line, one) < least or _follows(line, inertial[:, k * order], one):
             strength[order // 6 - 1, k - 1] = 0.0
     best = int(np.argmax(strength.max(axis=1)))
     if strength[best].max() < criteria.LINE_POWER:
@@ -107,26 +109,30 @@ def _shaking(recording: Recording, values: dict[str, FloatArray], taper: FloatAr
 
 
 def _follows(line: Complex, inertial: Complex, one: FloatArray) -> bool:
-    """Whether the torque at an order (recordings,) is in proportion to the acceleration there, rather than one
-    ripple in all recordings: then it is the inertia of the load, which the simulation has. All over the level of the
+    """Whether the torque at an order (recordings,) is in proportion to the acceleration there, rather than one ripple
+    in all recordings: then it is the inertia of the load, which the simulation has. All over the level of the
     recording's noise, so that ``one`` (recordings,) is a ripple of one size.
+
+    An inertia is one positive number, a ripple two; where all recordings have one speed both say the same.
     """
+    energy = float(np.sum(np.abs(inertial) ** 2))
+    if energy <= 0.0:
+        return False
+    inertia = max(float(np.vdot(inertial, line).real) / energy, 0.0)
+    ripple = np.vdot(one, line) / float(one @ one)
+    shaking, rippling = (float(np.sum(np.abs(line - x) ** 2)) for x in (inertia * inertial, ripple * one))
+    gain = line.size * np.log(max(rippling, 1e-300) / max(shaking, 1e-300)) + 0.5 * np.log(2 * line.size)
+    return bool(gain > criteria.RICHER)
 
-    def left(by: Complex) -> float:
-        energy = max(float(np.sum(np.abs(by) ** 2)), 1e-300)
-        return float(np.sum(np.abs(line - by * np.vdot(by, line) / energy) ** 2))
 
-    return left(inertial) < left(one.astype(np.complex128))
-
-
-def _coherent(line: Complex) -> bool:
-    """Whether vectors (recordings,) have a mean that scatter alone would have in one folder of a hundred, for the best
-    of all numbers of pole pairs (F test). A slow wavering of the load stands at low orders, with a phase of its own in
-    each recording.
+def _coherence(line: Complex, one: FloatArray) -> float:
+    """Square of one ripple in vectors (recordings,) over their scatter about it, as F with 2 and 2(n - 1) degrees of
+    freedom. A slow wavering of the load stands at low orders, with a phase of its own in each recording.
     """
-    scatter = float(np.sum(np.abs(line - line.mean()) ** 2)) / (line.size - 1)
-    least = float(stats.f.isf(criteria.ERROR_RATE / MOST_POLE_PAIRS, 2, 2 * (line.size - 1)))
-    return bool(line.size * abs(line.mean()) ** 2 > scatter * least)
+    energy = float(one @ one)
+    ripple = np.vdot(one, line) / energy
+    scatter = float(np.sum(np.abs(line - one * ripple) ** 2)) / (line.size - 1)
+    return energy * float(np.abs(ripple)) ** 2 / max(scatter, 1e-300)
 
 
 def _line_strength(power: FloatArray, order: int) -> float:

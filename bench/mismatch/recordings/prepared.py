@@ -22,7 +22,7 @@ from bench.mismatch.recordings.faulty import stuck
 from bench.mismatch.recordings.level import kept_segments, levelled, numbered
 from bench.mismatch.recordings.motion import Manner, corners, directions, passing, since_change
 from bench.mismatch.recordings.notch import notched
-from bench.mismatch.recordings.shaking import shaken
+from bench.mismatch.recordings.shaking import count_of, shaken
 from bench.mismatch.recordings.smoothing import local_quadratic, repaired, smoothed
 from bench.mismatch.recordings.thinning import Measured, Thinning, group_of
 from bench.mismatch.recordings.window import ANGLE, VELOCITY, Rates, motion
@@ -167,9 +167,11 @@ def prepare(
     q = load if "load_angle" in signals else theta
     q_smooth, q_rate, q_acceleration = smoothed(q, rate, span, whole)
     if "motor_angle" in signals and "load_angle" in signals:
-        turning = [piece for piece in whole if label[piece.start] >= 0 and steady[piece.start] > 0.5]
-        q_acceleration = _quieter(q_acceleration, acceleration / ratio)
-        q_acceleration = q_acceleration + shaken(q, q - q_smooth, q_rate, turning)
+        turning = [piece for piece in whole or [slice(0, n)] if np.all(steady[piece] > 0.5)]
+        chosen = _quieter(q_acceleration, acceleration / ratio)
+        count = count_of(signals.samples["load_angle"])
+        by_itself = chosen is q_acceleration
+        q_acceleration = chosen + shaken(q, q - q_smooth, q_rate, turning, rate, span, count, by_itself)
     direction, last = directions(omega, manner.standstill)
     reversal_travel, reversal_time, reversed_before = since_change(theta, time, direction, last)
 

@@ -1,8 +1,9 @@
 """How the load is shaken by the waves of the transmission error in steady motion.
 
 A window that keeps the noise out of an acceleration keeps waves of forty hertz out as well, and at order 280 an inertia
-of 3 kg·m² asks for a newton metre to follow eight microradians. What the window leaves of the angle is noise and waves;
-each wave that stands out of the noise has the acceleration that follows from its order and the speed.
+of 3 kg·m² asks for a newton metre to follow eight microradians. What the window leaves of the angle is noise and the
+greater part of such waves. Each that stands out of the noise has the acceleration that follows from its order and the
+speed; what the smoothed acceleration lacks of it is added.
 """
 
 from __future__ import annotations
@@ -10,10 +11,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from bench.mismatch import criteria
 from bench.mismatch.recordings.notch import spectrum
+from bench.mismatch.recordings.smoothing import passed_by, value_passed_by
 from bench.simulation.frame import FloatArray
 from bench.simulation.waves import of_orders
 
@@ -21,27 +24,65 @@ _SAMPLES_A_WAVE = 4
 """samples of the shortest wave that is looked for"""
 _NEIGHBOURS = 31
 """waves about one whose median tells the noise at it"""
-_SHORTEST = 200
-"""samples of a segment in which waves are looked for"""
+_SHORTEST = 600
+"""samples of a segment in which waves are looked for: five times the waves whose median tells the noise"""
+_LEAST_TRAVEL = 2.0 * np.pi / 6.0
+"""rad of the output in such a segment"""
+_LEAST_LEFT = 0.2
+"""share of a wave that the window has to leave: of one that it lets pass the smoothed acceleration knows"""
+_COUNTS = 0.5
+"""counts of the encoder that a wave has at least: an even motion over the steps of a coarse one has waves of a third"""
 
 
-def shaken(angle: FloatArray, left: FloatArray, speed: FloatArray, pieces: Sequence[slice]) -> FloatArray:
-    """Acceleration (n,), rad/s², of the waves over the output's ``angle`` (n,) that stand out of the noise in what a
-    window ``left`` of it (n,), in each of some steady pieces; nothing elsewhere. ``speed`` (n,) of the output, rad/s.
+def shaken(
+    angle: FloatArray,
+    left: FloatArray,
+    speed: FloatArray,
+    pieces: Sequence[slice],
+    rate: float,
+    span: float,
+    count: float = 0.0,
+    smoothed: bool = True,
+) -> FloatArray:
+    """What an acceleration lacks (n,), rad/s², of the waves over the output's ``angle`` (n,) that stand out of the
+    noise in what a window ``left`` of it (n,), in each of some steady pieces; nothing elsewhere.
+
+    ``speed`` (n,) of the output, rad/s; sample ``rate`` in Hz; ``span`` of the window in s; ``count`` of the angle's
+    encoder, rad. ``smoothed``: whether the acceleration is that of the angle behind the window; else it has no waves.
     """
     out = np.zeros(angle.size)
     for piece in pieces:
         x, y = angle[piece], left[piece]
-        travel = float(np.ptp(x))
-        if y.size < _SHORTEST or travel <= 0.0 or not np.isfinite(y).all():
+        travel = float(np.ptp(x)) if y.size else 0.0
+        if y.size < _SHORTEST or travel < _LEAST_TRAVEL or not np.isfinite(y).all():
             continue
         unit = 2.0 * np.pi / travel
-        found = 2.0 / y.size * spectrum((x - x[0]) * unit, y - y.mean(), y.size // _SAMPLES_A_WAVE)
-        power = np.abs(found) ** 2
-        power[0] = 0.0
-        noise = median_filter(power, _NEIGHBOURS, mode="nearest") / np.log(2.0)
-        clear = np.flatnonzero(power > criteria.LINE_POWER * np.maximum(noise, 1e-300))
-        orders: FloatArray = np.asarray(clear * unit)
-        bending = [np.asarray(-(orders**2) * part[clear]) for part in (found.real, found.imag)]
-        out[piece] = of_orders(x - x[0], orders, *bending) * speed[piece] ** 2
+        highest = y.size // _SAMPLES_A_WAVE
+        found = 2.0 / y.size * spectrum((x - x[0]) * unit, y - y.mean(), highest)
+        hertz = np.arange(highest + 1) * rate / y.size
+        share = 1.0 - value_passed_by(rate, span, hertz)
+        clear = _clear(np.abs(found) ** 2) & (share > _LEAST_LEFT)
+        waves = found[clear] / share[clear]
+        large = np.abs(waves) > _COUNTS * count
+        waves, hertz = waves[large], hertz[clear][large]
+        orders: FloatArray = np.asarray(np.flatnonzero(clear)[large] * unit, dtype=np.float64)
+        lacking = 1.0 - passed_by(rate, span, hertz) if smoothed else np.ones(hertz.size)
+        bending = -(orders**2) * lacking * waves
+        out[piece] = of_orders(x - x[0], orders, np.asarray(bending.real), np.asarray(bending.imag)) * speed[piece] ** 2
     return out
+
+
+def _clear(power: FloatArray) -> NDArray[np.bool_]:
+    """Which waves (waves,) stand out of the noise about them."""
+    power[0] = power[1]
+    noise = median_filter(power, _NEIGHBOURS, mode="mirror") / np.log(2.0)
+    clear = np.asarray(power > criteria.LINE_POWER * np.maximum(noise, 1e-300))
+    clear[0] = False
+    return clear
+
+
+def count_of(angle: FloatArray) -> float:
+    """Count of the encoder of an ``angle`` (n,), rad: the smallest step in it, next to nothing of a continuous one."""
+    steps = np.abs(np.diff(angle))
+    steps = steps[steps > 1e-12]
+    return float(steps.min()) if steps.size else 0.0

@@ -55,13 +55,22 @@ def local_quadratic(signal: FloatArray, rate: float, span: float) -> tuple[Float
 
 def passed_by(rate: float, span: float, hertz: FloatArray) -> FloatArray:
     """Share (n,) of a second derivative at frequencies (n,) in Hz that :func:`local_quadratic` lets pass."""
+    return np.asarray(-_response(rate, span, hertz, 2) / (2.0 * np.pi * np.maximum(hertz, 1e-9)) ** 2)
+
+
+def value_passed_by(rate: float, span: float, hertz: FloatArray) -> FloatArray:
+    """Share (n,) of a value at frequencies (n,) in Hz that :func:`local_quadratic` lets pass."""
+    return _response(rate, span, hertz, 0)
+
+
+def _response(rate: float, span: float, hertz: FloatArray, derivative: int) -> FloatArray:
+    """What the value (0) or the second derivative (2) is of a cosine of size one at frequencies (n,) in Hz."""
     half = window(rate, span) // 2
     impulse = np.zeros(4 * half + 1)
     impulse[2 * half] = 1.0
-    weights = local_quadratic(impulse, rate, span)[2][half : 3 * half + 1]
+    weights = local_quadratic(impulse, rate, span)[derivative][half : 3 * half + 1]
     angle = 2.0 * np.pi * np.outer(hertz, np.arange(-half, half + 1)) / rate
-    phase = 2.0 * np.pi * np.maximum(hertz, 1e-9)
-    return np.asarray(-(np.cos(angle) @ weights) / phase**2)
+    return np.asarray(np.cos(angle) @ weights)
 
 
 def smoothed(

@@ -24,8 +24,8 @@ SHORT_S = (0.004, 0.008, *WINDOWS_S)
 SAMPLES_AS_RECORDED = 2.0
 """samples over which a speed that is not smoothed says an acceleration"""
 FEWEST_RECORDINGS, MOST_SAMPLES = 6, 100_000
-"""recordings that are asked at least, spread over the folder; samples up to which it is all of them. Pieces of a second
-each may rest for the most part.
+"""recordings that are asked, spread over the folder; and more, up to so many samples: six short pieces may show nothing
+but rest
 """
 AS_GOOD = 1.02
 """what a longer window may leave, over the least: the noise in a rate falls with the power 2.5 of its window; and what
@@ -63,7 +63,8 @@ def best_rates(recordings: Sequence[Recording], standstill: float) -> Rates | No
     """
     usable = [r for r in recordings if {"motor_angle", "motor_torque"} <= set(r.specs) and r.size > 1]
     wanted = max(FEWEST_RECORDINGS, MOST_SAMPLES * len(usable) // max(1, sum(r.size for r in usable)))
-    chosen = usable[:: max(1, -(-len(usable) // wanted))]
+    spread = np.linspace(0.0, len(usable) - 1.0, min(wanted, len(usable))).round().astype(int)
+    chosen = [usable[i] for i in np.unique(spread)]
     if not chosen:
         return None
     found = _best([Rates(span) for span in SHORT_S], chosen, standstill)

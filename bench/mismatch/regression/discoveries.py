@@ -164,9 +164,9 @@ def _refitted(
 
 
 def _confidence(slot: Slot, status: str, as_good: Sequence[Contender], sure: float) -> float | None:
-    """Weight of all models that say the same of the effect: its name, the names not told apart, or no name; of which
-    a share is ``sure``. None where a name has more weight and is not taken, as it may be a part of what has none: then
-    the weights are not those of what the report says.
+    """Weight of all models that say the same of the effect: its name, the names not told apart, or no name; times
+    ``sure`` (:func:`sure_of_name`). None where a name has more weight and is not taken, as it may be a part of what has
+    none: then the weights are not those of what the report says.
     """
     if status == AMBIGUOUS:
         share = slot.weight + sum(r.weight for r in as_good)
