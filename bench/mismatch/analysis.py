@@ -81,8 +81,8 @@ def compared_channels(data: Dataset) -> tuple[list[str], list[str]]:
             )
         elif channel == TEMPERATURE and not _has_a_course(rows):
             skipped.append(
-                f"{channel} is not compared: no recording lasts longer than a mean of {HEAT_S:.0f} s, so none shows how it"
-                " changes"
+                f"{channel} is not compared: no recording lasts longer than a mean of {HEAT_S:.0f} s,"
+                " so none shows how it changes"
             )
         else:
             out.append(channel)

@@ -13,6 +13,7 @@ import finufft
 import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
+from scipy.ndimage import median_filter
 
 from bench.mismatch import criteria
 from bench.recording import Recording
@@ -75,28 +76,28 @@ def ripple_orders(recordings: Sequence[Recording]) -> tuple[float, ...]:
         shaken.append(_shaking(recording, values, taper, highest) / levels[-1])
     if len(seen) < criteria.FEWEST_RECORDINGS:
         return ()
-    lines, inertial, one = np.array(seen), np.array(shaken), 1.0 / np.array(levels)
+    lines, one = _without_inertia(np.array(seen), np.array(shaken)), 1.0 / np.array(levels)
     power = np.abs(one @ lines) ** 2
     pairs = np.arange(1, MOST_POLE_PAIRS + 1)
     strength = np.array([[_line_strength(power, 6 * k * int(p)) for k in (1, 2)] for p in pairs])
     # two orders of each number of pole pairs are asked
     least = float(stats.f.isf(criteria.ERROR_RATE / strength.size, 2, 2 * (one.size - 1)))
     for k, order in itertools.product((1, 2), 6 * pairs):
-        line = lines[:, k * order]
-        if _coherence(line, one) < least or _follows(line, inertial[:, k * order], one):
+        if _coherence(lines[:, k * order], one) < least:
             strength[order // 6 - 1, k - 1] = 0.0
     best = int(np.argmax(strength.max(axis=1)))
     if strength[best].max() < criteria.LINE_POWER:
         return ()
     p = int(pairs[best])
-    if strength[best, 0] < criteria.LINE_POWER and p % 2 == 0 and strength[best, 1] == strength.max():
-        p = 2 * p  # only twelve times p stands out: it is six times twice as many
+    if strength[best, 0] < criteria.LINE_POWER and strength[best, 1] == strength.max():
+        # only twelve times p stands out: it is six times twice as many; an odd number may be the true one all the same
+        return (12.0 * p, 24.0 * p) if p % 2 == 0 else (6.0 * p, 12.0 * p, 24.0 * p)
     return (6.0 * p, 12.0 * p)
 
 
 def _shaking(recording: Recording, values: dict[str, FloatArray], taper: FloatArray, highest: int) -> Complex:
-    """Acceleration of the load, rad/s², at the orders 0 … highest, by the transmission error in steady motion: each
-    wave of it grows with the square of the speed. Zeros where there is no second angle.
+    """Acceleration of the load, rad/s², at the orders 0 … highest, by the transmission error in steady motion: of each
+    wave that stands out of the noise it grows with the square of the speed. Zeros where there is no second angle.
     """
     ratio = recording.gearbox.ratio
     if "motor_angle" not in values or ratio is None or not np.isfinite(values["motor_angle"]).all():
@@ -105,24 +106,24 @@ def _shaking(recording: Recording, values: dict[str, FloatArray], taper: FloatAr
     error = angle - values["motor_angle"] / ratio
     speed = float(np.ptp(angle)) * float(recording.sample_rate) / angle.size
     waves = 2.0 * spectrum(angle, (error - np.median(error)) * taper, highest) / max(float(taper.sum()), 1.0)
-    return np.asarray(-((np.arange(highest + 1) * speed) ** 2) * waves)
+    power = np.abs(waves) ** 2
+    noise = median_filter(power, 2 * _NEIGHBOURS + 1, mode="mirror") / np.log(2.0)
+    clear = power > criteria.LINE_POWER * np.maximum(noise, 1e-300)
+    return np.asarray(np.where(clear, -((np.arange(highest + 1) * speed) ** 2) * waves, 0.0))
 
 
-def _follows(line: Complex, inertial: Complex, one: FloatArray) -> bool:
-    """Whether the torque at an order (recordings,) is in proportion to the acceleration there, rather than one ripple
-    in all recordings: then it is the inertia of the load, which the simulation has. All over the level of the
-    recording's noise, so that ``one`` (recordings,) is a ripple of one size.
-
-    An inertia is one positive number, a ripple two; where all recordings have one speed both say the same.
+def _without_inertia(lines: Complex, shaken: Complex) -> Complex:
+    """Torque at the orders (recordings, orders) less what follows the load's acceleration there, with one inertia for
+    all orders and recordings: that the simulation has. As it is where no inertia is seen.
     """
-    energy = float(np.sum(np.abs(inertial) ** 2))
+    energy = float(np.sum(np.abs(shaken) ** 2))
     if energy <= 0.0:
-        return False
-    inertia = max(float(np.vdot(inertial, line).real) / energy, 0.0)
-    ripple = np.vdot(one, line) / float(one @ one)
-    shaking, rippling = (float(np.sum(np.abs(line - x) ** 2)) for x in (inertia * inertial, ripple * one))
-    gain = line.size * np.log(max(rippling, 1e-300) / max(shaking, 1e-300)) + 0.5 * np.log(2 * line.size)
-    return bool(gain > criteria.RICHER)
+        return lines
+    inertia = float(np.vdot(shaken, lines).real) / energy
+    left = lines - inertia * shaken
+    # a load that wavers stands at low orders: what is usual of all is noise
+    scatter = float(np.sqrt(np.median(np.abs(left[shaken != 0.0]) ** 2) / np.log(2.0) / 2.0 / energy))
+    return left if inertia > criteria.TOLD * scatter else lines
 
 
 def _coherence(line: Complex, one: FloatArray) -> float:

@@ -56,10 +56,15 @@ def shaken(
         travel = float(np.ptp(x)) if y.size else 0.0
         if y.size < _SHORTEST or travel < _LEAST_TRAVEL or not np.isfinite(y).all():
             continue
-        unit = 2.0 * np.pi / travel
-        highest = y.size // _SAMPLES_A_WAVE
-        found = 2.0 / y.size * spectrum((x - x[0]) * unit, y - y.mean(), highest)
-        hertz = np.arange(highest + 1) * rate / y.size
+        turned = np.abs(x - x[0])
+        # over whole revolutions whole orders do not leak into each other
+        period = max(2.0 * np.pi * np.floor(travel / (2.0 * np.pi)), 0.0) or travel
+        within = turned <= period
+        unit = 2.0 * np.pi / period
+        number = int(within.sum())
+        highest = number // _SAMPLES_A_WAVE
+        found = 2.0 / number * spectrum((x - x[0])[within] * unit, (y - y[within].mean())[within], highest)
+        hertz = np.arange(highest + 1) * rate / number
         share = 1.0 - value_passed_by(rate, span, hertz)
         clear = _clear(np.abs(found) ** 2) & (share > _LEAST_LEFT)
         waves = found[clear] / share[clear]
