@@ -237,6 +237,18 @@ def test_a_channel_of_nothing_but_nan_is_not_compared(tmp_path: Path) -> None:
     assert any("motor_torque is not compared: no recording has a usable sample" in text for text in skipped)
 
 
+@pytest.mark.parametrize(("longest", "compared"), [(1.9, False), (4.1, True)])
+def test_a_temperature_of_which_no_recording_has_two_blocks_is_not_compared(
+    tmp_path: Path, longest: float, compared: bool
+) -> None:
+    for number in range(7):
+        write(tmp_path, number, seconds=longest if number == 2 else 1.5)
+    channels, skipped = compared_channels(load(tmp_path))
+    assert ("temperature" in channels) is compared
+    why = "temperature is not compared: no recording lasts 4 s, so none shows how it changes"
+    assert (why in skipped) is not compared
+
+
 def test_a_torque_sensor_without_a_number_is_no_unloaded_bench(tmp_path: Path) -> None:
     for number in range(8):
         write(tmp_path, number, **({"bad": "load_torque"} if number == 2 else {}))

@@ -13,8 +13,9 @@ from bench.mismatch.recordings.motion import Manner
 from bench.mismatch.recordings.prepared import Folder, prepare
 from bench.mismatch.recordings.rows import LIVELY_S
 from bench.mismatch.recordings.window import ANGLE, RECORDED, VELOCITY, Rates, best_rates
-from bench.recording import Recording
+from bench.recording import ChannelSpec, Recording, write_recording
 from tests.bench.importing import builders
+from tests.bench.recording import builders as recording_builders
 
 RATE, SECONDS, INERTIA = 1000.0, 20.0, 2e-3
 CHANNELS = """
@@ -44,6 +45,25 @@ def test_what_shakes_fast_wants_a_short_window_and_a_coarse_encoder_a_long_one(
     manner = Manner.of(recordings)
     assert manner.free
     assert manner.smoothing == span
+
+
+def test_of_many_short_pieces_that_rest_for_the_most_part_those_that_move_are_asked(tmp_path: Path) -> None:
+    """Of six that are spread over the folder none moves."""
+    rng = np.random.default_rng(7)
+    time = np.arange(round(RATE)) / RATE
+    rate = 2.0 * np.pi * 150.0
+    pieces = []
+    for number in range(36):
+        moves = number % 6 == 1
+        angle = moves * (2.0 * np.sin(0.9 * time) + 30.0 / rate**2 * np.sin(rate * time))
+        torque = moves * (0.02 - INERTIA * 30.0 * np.sin(rate * time)) + rng.normal(0.0, 1e-3, time.size)
+        values = {"time": time, "motor_angle": angle + rng.normal(0.0, 1e-9, time.size), "motor_torque": torque}
+        channels = {name: (v, ChannelSpec.of(name, dtype="float64")) for name, v in values.items()}
+        path = tmp_path / f"p{number:02d}.h5"
+        write_recording(path, recording_builders.header(path.stem, sample_rate=RATE), channels, [], [])
+        pieces.append(Recording.open(path))
+    assert best_rates(pieces[::6], 0.05) != Rates(0.004)
+    assert best_rates(pieces, 0.05) == Rates(0.004)
 
 
 def test_what_the_window_lets_pass_may_have_a_row_of_its_own(tmp_path: Path) -> None:

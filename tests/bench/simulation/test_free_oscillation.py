@@ -9,7 +9,7 @@ import pytest
 from scipy.signal import lsim
 
 from bench.simulation.frame import ARRAYS, FloatArray, Frame
-from bench.simulation.free_oscillation import free_oscillation, over_angle
+from bench.simulation.free_oscillation import _steps, free_oscillation, over_angle
 from bench.simulation.laws import Law, factor
 
 NATURAL, DAMPING, SHARE = 12.0, 0.03, 0.6
@@ -82,3 +82,22 @@ def test_its_change_with_the_angle_is_its_rate_over_the_speed() -> None:
     moving = (time > 0.1) & (time < 29.9)
     np.testing.assert_allclose(slope[moving], expected[moving], atol=4e-6)
     assert not slope[time >= 30.0].any()
+
+
+def test_the_steps_of_the_steady_response_are_those_of_all_orders_together() -> None:
+    rng = np.random.default_rng(3)
+    steady = rng.normal(size=(50, 3)) + 1j * rng.normal(size=(50, 3))
+    steady[10:14, 1] = 0.0
+    speed, angle = rng.uniform(0.1, 0.4, 50), rng.uniform(0.0, 20.0, 49)
+    deflection, velocity = _steps(steady, speed, angle, ORDERS)
+    wave = np.exp(1j * angle[:, None] * ORDERS)
+    rate = steady * 1j * speed[:, None] * ORDERS
+    np.testing.assert_allclose(deflection, np.sum(-np.diff(steady, axis=0) * wave, axis=1).imag, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(velocity, np.sum(-np.diff(rate, axis=0) * wave, axis=1).imag, rtol=0.0, atol=1e-10)
+
+
+def test_an_order_without_a_number_makes_its_steps_none() -> None:
+    steady = np.ones((4, 3), dtype=np.complex128)
+    steady[2, 1] = np.nan
+    deflection, velocity = _steps(steady, np.array([0.1, 0.2, 0.3, 0.4]), np.array([0.3, 0.4, 0.5]), ORDERS)
+    assert np.isnan(deflection).tolist() == np.isnan(velocity).tolist() == [False, True, True]

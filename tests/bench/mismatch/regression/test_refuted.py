@@ -12,7 +12,7 @@ from bench.mismatch.regression import pruning, refuted
 from bench.mismatch.regression.beside import shaped
 from bench.mismatch.regression.folds import carried
 from bench.mismatch.regression.model import ChannelModel, Chosen, add_block
-from bench.mismatch.regression.refuted import borne_out, not_refuted
+from bench.mismatch.regression.refuted import borne_out, not_refuted, worse_with
 from bench.mismatch.regression.regressors import Free, named
 from bench.mismatch.regression.search import begun
 from bench.mismatch.regression.state import Search
@@ -22,6 +22,8 @@ from bench.simulation.terms import MOTOR_TORQUE
 from tests.bench.mismatch.regression.synthetic import EACH, campaign, problem
 
 WARM_UP = 23
+PRESSURE: FloatArray = 3.0 + np.sin(0.21 * np.arange(24 * EACH))
+"""of an oil, bar, at the rows of a campaign"""
 
 
 def warmed() -> Frame:
@@ -178,6 +180,52 @@ def test_a_function_that_predicts_worse_is_not_told_however_little_it_is(monkeyp
     assert borne_out(model) == []
     monkeypatch.setattr(refuted, "_left", remaining(0.001))
     assert borne_out(model) == [one]
+
+
+def with_a_pressure(drag: FloatArray | float = 0.0) -> tuple[ChannelModel, Chosen]:
+    """Dry friction and a ``drag`` (n,) with a function of an oil pressure beside it; every third recording is held
+    out.
+    """
+    frame = campaign()
+    frame = replace(frame, aux={"oil": PRESSURE})
+    y = 0.5 * frame.direction + drag + np.random.default_rng(5).normal(0.0, 0.01, frame.size)
+    own = replace(problem(frame, y), folds=np.where(np.arange(24) % 3 == 0, -1, np.arange(24)))
+    model = begun(own).model
+    one = Chosen(add_block(own, model.bank, Free(MOTOR_TORQUE, (Grid(("aux/oil",), "1", ((2.0, 3.0, 4.0),)),)), 1e-3))
+    return replace(model, chosen=[one], fit=model.refitted([one])), one
+
+
+@pytest.mark.parametrize("lasts", [True, False])
+def test_a_function_of_a_foreign_quantity_that_recordings_held_out_contradict_is_not_told(lasts: bool) -> None:
+    drag = 0.1 * (PRESSURE - 3.0)
+    out = campaign().recording % 3 == 0
+    model, one = with_a_pressure(drag if lasts else np.where(out, -drag, drag))
+    worse = worse_with(model, [one], one)
+    assert worse is None if lasts else worse is not None and worse > 1.5
+    assert borne_out(model) == ([one] if lasts else [])
+
+
+@pytest.mark.parametrize(("worse", "refuted_"), [(-0.01, False), (0.0005, False), (0.01, True)])
+def test_a_function_of_a_foreign_quantity_may_be_worse_by_chance(
+    monkeypatch: pytest.MonkeyPatch, worse: float, refuted_: bool
+) -> None:
+    """One of the bench's own quantities may not."""
+    model, one = with_a_pressure()
+    own, table = with_a_table(campaign())
+    sign = np.where(campaign().recording % 2 == 0, 1.0, -1.0)
+
+    def remaining(_model: object, chosen: list[Chosen]) -> FloatArray:
+        return np.asarray(1.0 + (0.01 * sign + worse if chosen else 0.0 * sign))
+
+    monkeypatch.setattr(refuted, "_left", remaining)
+    assert (worse_with(model, [one], one) is not None) is refuted_
+    assert (worse_with(own, [table], table) is not None) is (worse > 0.0)
+
+
+def test_without_recordings_held_out_nothing_of_a_foreign_quantity_is_refuted() -> None:
+    model, one = with_a_pressure()
+    all_fitted = replace(model, problem=replace(model.problem, folds=np.arange(24)))
+    assert worse_with(all_fitted, [one], one) is None
 
 
 def test_a_name_is_asked_again_without_the_function_that_took_it(monkeypatch: pytest.MonkeyPatch) -> None:

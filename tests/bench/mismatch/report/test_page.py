@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from bench.mismatch.discovery import Discovery
+from bench.mismatch.report import reasons
 from bench.mismatch.report.content import Compared
 from bench.mismatch.report.finding import conclude
 from bench.mismatch.report.left_out import LeftOut, table
@@ -116,6 +117,16 @@ def test_a_figure_that_is_not_there_is_told_with_the_reason(change: dict[str, An
     text = page(_report(_stribeck(**change)))
     assert "not computed, because" in text
     assert why in text
+
+
+@pytest.mark.usefixtures("undrawn")
+@pytest.mark.parametrize(("as_good", "why"), [(True, reasons.A_NAME_IS_LIKELIER), (False, reasons.NO_CONFIDENCE)])
+def test_something_without_a_name_has_no_confidence_where_a_name_is_likelier(as_good: bool, why: str) -> None:
+    other = made.alternative("friction.stribeck", None, as_good)
+    added = made.stribeck(made.campaign())
+    found = made.discovery("motor_torque", "unknown", added, ("speed",), alternatives=(other,), confidence=None)
+    text = page(_report(found))
+    assert [reason for reason in (reasons.A_NAME_IS_LIKELIER, reasons.NO_CONFIDENCE) if reason in text] == [why]
 
 
 @pytest.mark.usefixtures("undrawn")

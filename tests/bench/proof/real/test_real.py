@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from fnmatch import fnmatch
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from bench.errors import ConfigurationError
 from bench.importing.mapping import load_mapping
+from bench.proof.real import examine as module
 from bench.proof.real.examine import Examined, examine, expected_of
 from bench.proof.real.expert import Regression
 from bench.proof.real.formula import evaluate
@@ -77,6 +79,41 @@ def test_a_set_that_failed_is_a_row_with_the_reason() -> None:
     text = page([Examined(_first_seen_before(), failed="it has no torque")], "Made at noon.")
     assert "false names 0.\n\nMade at noon." in text or "No set was examined.\n\nMade at noon." in text
     assert "Failed: it has no torque" in text
+
+
+def test_an_analysis_that_breaks_is_a_row_that_names_the_error_and_the_next_set_is_examined(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first, second = (own.model_copy(update={"files": ()}) for own in all_sets()[:2])
+
+    def broken(folder: Path, *_: object, **_more: object) -> object:
+        if folder.parent.name == first.name:
+            raise ZeroDivisionError("no sample at all")
+        return SimpleNamespace(
+            verdict="match",
+            left_out=(),
+            findings=(),
+            outcomes=(),
+            data=SimpleNamespace(linear=False),
+            why="",
+            skipped=[],
+        )
+
+    monkeypatch.setattr(module, "import_recordings", lambda *_: [])
+    monkeypatch.setattr(module, "run", broken)
+    rows = [examine(own, tmp_path, tmp_path / "out") for own in (first, second)]
+    assert rows[0].failed == "the analysis ended in an error: ZeroDivisionError: no sample at all"
+    assert rows[1].verdict == "match"
+    assert "Failed: the analysis ended in an error: ZeroDivisionError" in page(rows)
+
+
+def test_what_stops_the_program_stops_the_examination(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def stopped(*_: object, **_more: object) -> object:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(module, "import_recordings", stopped)
+    with pytest.raises(KeyboardInterrupt):
+        examine(all_sets()[0].model_copy(update={"files": ()}), tmp_path, tmp_path / "out")
 
 
 def test_what_the_expert_does_not_tell_from_zero_is_not_asked_for() -> None:

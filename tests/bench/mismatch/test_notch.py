@@ -1,0 +1,90 @@
+"""The load motor's ripple is one wave of one size in all recordings: not what the load's inertia or its controller asks
+for.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from bench.mismatch.recordings.notch import _coherent, _follows, ripple_orders
+from bench.recording import ChannelSpec, Recording, Segment, write_recording
+from tests.bench.recording import builders
+
+RATE, SIZE, NOISE = 100.0, 6000, 0.05
+SPEEDS = (0.09, 0.1, 0.11, 0.12, 0.13, 0.14, 0.15, 0.17)
+"""output, rad/s"""
+PAIRS = 45
+INERTIA, WAVE = 3.0, 8e-6
+"""of the load in kg·m²; amplitude of the transmission error, rad"""
+ONE = np.ones(len(SPEEDS))
+
+
+def recordings(folder: Path, ripple: float = 0.0, wave: float = 0.0, wavering: float = 0.0) -> list[Recording]:
+    """A load of 500 N·m at each speed: with a ``ripple`` (N·m) of six and twelve times the pole pairs, a ``wave`` (rad)
+    of the transmission error at the same orders that shakes the load, and a slow ``wavering`` (N·m) of it.
+    """
+    rng = np.random.default_rng(8)
+    time = np.arange(SIZE) / RATE
+    made = []
+    for number, speed in enumerate(SPEEDS):
+        theta = speed * time
+        torque = 500.0 + rng.normal(0.0, NOISE, SIZE)
+        error = np.zeros(SIZE)
+        for order in (6 * PAIRS, 12 * PAIRS):
+            torque += ripple * np.cos(order * theta + 0.3)
+            error += wave * np.cos(order * theta + 1.1)
+            torque -= INERTIA * (order * speed) ** 2 * wave * np.cos(order * theta + 1.1)
+        torque += wavering * np.cos(6.0 * theta + rng.uniform(0.0, 2.0 * np.pi))
+        values = {"time": time, "motor_angle": 185.0 * theta, "load_angle": theta + error, "load_torque": torque}
+        channels = {name: (v, ChannelSpec.of(name, dtype="float64")) for name, v in values.items()}
+        path = folder / f"r{number}.h5"
+        header = builders.header(path.stem, sample_rate=RATE)
+        write_recording(path, header, channels, [Segment("steady", 0, SIZE)], [])
+        made.append(Recording.open(path))
+    return made
+
+
+def test_a_ripple_of_one_size_at_six_and_twelve_times_the_pole_pairs_is_found(tmp_path: Path) -> None:
+    assert ripple_orders(recordings(tmp_path, ripple=0.05)) == (270.0, 540.0)
+
+
+def test_a_ripple_is_found_beside_waves_that_shake_the_load(tmp_path: Path) -> None:
+    assert ripple_orders(recordings(tmp_path, ripple=0.05, wave=0.1 * WAVE)) == (270.0, 540.0)
+
+
+def test_what_the_inertia_of_the_load_asks_for_is_no_ripple(tmp_path: Path) -> None:
+    assert ripple_orders(recordings(tmp_path, wave=WAVE)) == ()
+
+
+def test_a_slow_wavering_of_the_load_is_no_ripple(tmp_path: Path) -> None:
+    assert ripple_orders(recordings(tmp_path, wavering=0.5)) == ()
+
+
+def test_noise_has_no_ripple(tmp_path: Path) -> None:
+    assert ripple_orders(recordings(tmp_path)) == ()
+
+
+def test_a_torque_that_grows_with_the_square_of_the_speed_follows_the_acceleration() -> None:
+    acceleration = (1.0 + 2.0j) * np.array(SPEEDS) ** 2
+    assert _follows(3.0 * acceleration, acceleration, ONE)
+    assert not _follows(3.0 * ONE.astype(np.complex128), acceleration, ONE)
+
+
+def test_where_no_second_angle_tells_the_acceleration_nothing_follows_it() -> None:
+    none = np.zeros(ONE.size, dtype=np.complex128)
+    assert not _follows(3.0 * ONE.astype(np.complex128), none, ONE)
+
+
+def test_a_ripple_of_one_size_stands_more_or_less_above_the_noise_of_each_recording() -> None:
+    quieter = 1.0 / np.linspace(1.0, 4.0, ONE.size)
+    assert not _follows((2.0 - 1.0j) * quieter, quieter[::-1].astype(np.complex128), quieter)
+
+
+def test_waves_of_one_phase_are_one_ripple_and_those_of_any_phase_are_not() -> None:
+    rng = np.random.default_rng(2)
+    scatter = 0.2 * (rng.normal(size=ONE.size) + 1j * rng.normal(size=ONE.size))
+    assert _coherent(1.0 + scatter)
+    assert not _coherent(np.exp(2j * np.pi * rng.uniform(size=ONE.size)))
+    assert not _coherent(scatter)
