@@ -169,7 +169,7 @@ def prepare(
     if "motor_angle" in signals and "load_angle" in signals:
         turning = [piece for piece in whole or [slice(0, n)] if np.all(steady[piece] > 0.5)]
         chosen = _quieter(q_acceleration, acceleration / ratio)
-        count = count_of(signals.samples["load_angle"])
+        count = count_of(recording)
         by_itself = chosen is q_acceleration
         q_acceleration = chosen + shaken(q, q - q_smooth, q_rate, turning, rate, span, count, by_itself)
     direction, last = directions(omega, manner.standstill)

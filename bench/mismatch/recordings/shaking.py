@@ -17,6 +17,7 @@ from scipy.ndimage import median_filter
 from bench.mismatch import criteria
 from bench.mismatch.recordings.notch import spectrum
 from bench.mismatch.recordings.smoothing import passed_by, value_passed_by
+from bench.recording import Recording
 from bench.simulation.frame import FloatArray
 from bench.simulation.waves import of_orders
 
@@ -86,8 +87,7 @@ def _clear(power: FloatArray) -> NDArray[np.bool_]:
     return clear
 
 
-def count_of(angle: FloatArray) -> float:
-    """Count of the encoder of an ``angle`` (n,), rad: the smallest step in it, next to nothing of a continuous one."""
-    steps = np.abs(np.diff(angle))
-    steps = steps[steps > 1e-12]
-    return float(steps.min()) if steps.size else 0.0
+def count_of(recording: Recording) -> float:
+    """Count of the encoder of a recording's output, rad: as it is recorded; 0 where it is not recorded in counts."""
+    spec = recording.specs["load_angle"]
+    return abs(spec.scale) if np.issubdtype(np.dtype(spec.dtype), np.integer) else 0.0

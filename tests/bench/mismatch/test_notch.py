@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.mismatch.recordings.notch import _coherent, _follows, ripple_orders
+from bench.mismatch.recordings.notch import _coherence, _without_inertia, ripple_orders
 from bench.recording import ChannelSpec, Recording, Segment, write_recording
 from tests.bench.recording import builders
 
@@ -66,25 +66,30 @@ def test_noise_has_no_ripple(tmp_path: Path) -> None:
     assert ripple_orders(recordings(tmp_path)) == ()
 
 
-def test_a_torque_that_grows_with_the_square_of_the_speed_follows_the_acceleration() -> None:
-    acceleration = (1.0 + 2.0j) * np.array(SPEEDS) ** 2
-    assert _follows(3.0 * acceleration, acceleration, ONE)
-    assert not _follows(3.0 * ONE.astype(np.complex128), acceleration, ONE)
+def test_the_inertia_of_the_load_is_one_number_for_all_orders() -> None:
+    rng = np.random.default_rng(3)
+    shaken = rng.normal(size=(8, 40)) + 1j * rng.normal(size=(8, 40))
+    noise = 0.1 * (rng.normal(size=(8, 40)) + 1j * rng.normal(size=(8, 40)))
+    assert np.allclose(_without_inertia(3.0 * shaken + noise, shaken), noise, atol=0.1)
 
 
-def test_where_no_second_angle_tells_the_acceleration_nothing_follows_it() -> None:
-    none = np.zeros(ONE.size, dtype=np.complex128)
-    assert not _follows(3.0 * ONE.astype(np.complex128), none, ONE)
-
-
-def test_a_ripple_of_one_size_stands_more_or_less_above_the_noise_of_each_recording() -> None:
-    quieter = 1.0 / np.linspace(1.0, 4.0, ONE.size)
-    assert not _follows((2.0 - 1.0j) * quieter, quieter[::-1].astype(np.complex128), quieter)
+def test_where_no_inertia_is_seen_nothing_is_taken_off() -> None:
+    rng = np.random.default_rng(4)
+    lines = rng.normal(size=(8, 40)) + 1j * rng.normal(size=(8, 40))
+    assert _without_inertia(lines, np.zeros((8, 40), dtype=np.complex128)) is lines
+    assert _without_inertia(lines, -lines) is lines
 
 
 def test_waves_of_one_phase_are_one_ripple_and_those_of_any_phase_are_not() -> None:
     rng = np.random.default_rng(2)
     scatter = 0.2 * (rng.normal(size=ONE.size) + 1j * rng.normal(size=ONE.size))
-    assert _coherent(1.0 + scatter)
-    assert not _coherent(np.exp(2j * np.pi * rng.uniform(size=ONE.size)))
-    assert not _coherent(scatter)
+    assert _coherence(1.0 + scatter, ONE) > 40.0
+    assert _coherence(np.exp(2j * np.pi * rng.uniform(size=ONE.size)), ONE) < 10.0
+    assert _coherence(scatter, ONE) < 10.0
+
+
+def test_a_ripple_of_one_size_may_stand_more_or_less_above_the_noise_of_each_recording() -> None:
+    rng = np.random.default_rng(5)
+    quieter = 1.0 / np.linspace(1.0, 10.0, ONE.size)
+    scatter = 0.01 * (rng.normal(size=ONE.size) + 1j * rng.normal(size=ONE.size))
+    assert _coherence((2.0 - 1.0j) * quieter + scatter, quieter) > 1000.0
