@@ -97,6 +97,8 @@ def _part(name: str, part: PartMapping, files: Files, where: str, linear: bool |
         raw = raw.astype(np.float64)
     if part.signed_bits is not None:
         raw = _signed(raw, part.signed_bits, where)
+    if part.sign_bit is not None:
+        raw = _of_sign_and_size(raw, part.sign_bit, where)
     if part.wraps_at is not None:
         raw = _unwrapped(raw, part.wraps_at)
     number, text = _conversion(part, where, linear)
@@ -185,6 +187,20 @@ def _signed(raw: NDArray[Any], bits: int, where: str) -> NDArray[Any]:
         )
     whole = raw.astype(np.int64)
     return np.where(whole >= span // 2, whole - span, whole)
+
+
+def _of_sign_and_size(raw: NDArray[Any], bit: int, where: str) -> NDArray[Any]:
+    """Integers whose sign is a bit of its own above the bits of their size."""
+    span = 2 ** (bit + 1)
+    if not np.all((raw >= 0) & (raw < span)):
+        low, high = float(np.nanmin(raw)), float(np.nanmax(raw))
+        raise RecordingError(
+            f"{where}.sign_bit: the values are {low:g} to {high:g}, with the sign in bit {bit} they should be 0 to "
+            f"{span - 1}; take signed_bits where -1 is written as the largest integer there is."
+        )
+    whole = raw.astype(np.int64)
+    size = whole % 2**bit
+    return np.where(whole >= 2**bit, -size, size)
 
 
 def _unwrapped(raw: NDArray[Any], period: float) -> NDArray[Any]:
