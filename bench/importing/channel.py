@@ -200,7 +200,7 @@ def _of_sign_and_size(raw: NDArray[Any], bit: int, where: str) -> NDArray[Any]:
         )
     whole = raw.astype(np.int64)
     size = whole % 2**bit
-    return np.where(whole >= 2**bit, -size, size)
+    return np.asarray(np.where(whole >= 2**bit, -size, size))
 
 
 def _unwrapped(raw: NDArray[Any], period: float) -> NDArray[Any]:
