@@ -129,6 +129,7 @@ _EXTRAS: dict[str, str] = {
     "pysindy": "peers",
     "sysidentpy": "peers",
     "gplearn": "peers",
+    "pyoperon": "peers",
     "sklearn": "peers",
     "kickcat": "conformance",
     "apprise": "notify",

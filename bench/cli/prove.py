@@ -85,7 +85,7 @@ def prove(
     peers: Annotated[
         bool,
         typer.Option(
-            "--peers", help="Analyse the same recordings with pysindy, SysIdentPy, gplearn and lasso as well."
+            "--peers", help="Analyse the same recordings with lasso, pysindy, SysIdentPy, gplearn, pyoperon too."
         ),
     ] = False,
     jobs: Annotated[int, typer.Option("--jobs", help="Cases at once on this machine.")] = 1,
@@ -247,7 +247,7 @@ def _scores_so_far(listed: list[Job]) -> list[CaseScore]:
 
 
 def _report(scores: list[CaseScore], shown: _Shown, options: _Options, listed: list[Job]) -> None:
-    from bench.proof.results import as_json, provenance
+    from bench.proof.results import as_json, plain, provenance
     from bench.proof.results import store as write
     from bench.proof.seal import seal_of_seals
     from bench.proof.table import markdown
@@ -255,14 +255,14 @@ def _report(scores: list[CaseScore], shown: _Shown, options: _Options, listed: l
     how = provenance(sys.argv[1:], listed, seal_of_seals(options.out))
     text = markdown(scores, how, shown.severity)
     content = as_json(scores, how, shown.severity)
-    if shown.store is not None:
-        write(shown.store, content)
     if shown.peers:
         from bench.proof.peers import compare_peers
 
         compared = compare_peers(listed)
         text += compared.markdown()
-        content["peers"] = compared.to_dict()
+        content["peers"] = plain(compared.to_dict())
+    if shown.store is not None:
+        write(shown.store, content)
     if shown.table is not None:
         shown.table.write_text(text, encoding="utf-8")
     options.out.mkdir(parents=True, exist_ok=True)

@@ -42,7 +42,7 @@ class PartMapping(Strict):
     signed_bits: Literal[8, 16, 32] | None = None
     """Of integers that were written as unsigned although they are signed (65535 for -1): how many bits they have."""
     sign_bit: int | None = Field(default=None, ge=1, le=31)
-    """Of integers whose sign is this bit, counted from 0, and whose size the bits below it (1034 is -10 with bit 10)."""
+    """Of integers whose sign is this bit, from 0, and whose size is in the bits below it (1034 is -10 with bit 10)."""
     wraps_at: float | None = Field(default=None, gt=0)
     """Raw counts (or angle, in raw units) after which the value starts again; it is unwrapped."""
 

@@ -6,11 +6,13 @@ A page holds blocks ``<!-- proof NAME WHAT -->`` … ``<!-- /proof -->``. What i
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 
-from bench.proof import criteria_table
+from bench.proof import criteria_table, marked
 from bench.proof.results import ResultsError, Stored, load
 from bench.proof.statistics import summarise
 from bench.proof.table import body, severity_lines, summary_rows
@@ -19,6 +21,8 @@ RESULTS = Path("docs/proof")
 PAGES = (Path("README.md"), Path("docs/proof.md"), Path("docs/criteria.md"))
 CRITERIA = "criteria"
 """name of the table of the numbers that decide"""
+PEERS = "peers"
+"""name of the table of other methods on the same folders"""
 #: The examinations that the pages quote, and the command of each.
 COMMANDS = {
     "development": "bench prove --set clear,faint,compound,unknown,ambiguous,null,switched_off --seed 5",
@@ -31,6 +35,7 @@ COMMANDS = {
     "null-small": "bench prove --set null_small --nulls 300 --seed 7",
     "null-clutter": "bench prove --clutter --set null --nulls 100 --seed 8",
     "severity": "bench prove --severity --repeats 3",
+    "peers": "bench prove --peers --held-back --set clear,compound,null --count 5 --nulls 5 --seed NEW",
     "quick": "bench prove --quick",
     CRITERIA: "bench prove --criteria --set clear,null --count 1 --seed 3",
 }
@@ -48,6 +53,24 @@ def whole(stored: Stored) -> str:
     return "\n".join([table(stored).rstrip("\n"), "", *body(stored.scores), ""])
 
 
+def beside_peers(path: Path) -> str:
+    """This program and other methods on the same folders, one row each."""
+    stored, content = load(path), json.loads(path.read_text("utf-8"))
+    rows = {"bench mismatch": asdict(summarise("all", stored.scores)), **content["peers"]}
+    head = ["method", "folders", *_OF_PEERS.values(), "residual / noise (median)", "s a folder"]
+    cells = [
+        [
+            name,
+            str(row["cases"]),
+            *(f"{row[key][0]}/{row[key][1]}" for key in _OF_PEERS),
+            f"{row['residual']:.3f}" if row["residual"] is not None else "–",
+            f"{row['seconds']:.1f}",
+        ]
+        for name, row in rows.items()
+    ]
+    return "\n".join(["", "", f"{stored.provenance.summary}.", "", *marked.table(head, cells), "", ""])
+
+
 def line(stored: Stored) -> str:
     """The result in one sentence, for a cell of another table."""
     row = summarise("all", stored.scores)
@@ -63,6 +86,15 @@ def line(stored: Stored) -> str:
     return f"{', '.join(parts)}; commit {stored.provenance.commit[:12] or 'not known'}"
 
 
+#: Scores of the table of peers that count something of something, and their headings.
+_OF_PEERS = {
+    "every_point": "every point right",
+    "verdict": "verdict",
+    "status": "name and status",
+    "located": "located",
+    "precision": "findings right",
+    "alarms": "folders with a false finding",
+}
 _KINDS: dict[str, Callable[[Stored], str]] = {"table": table, "all": whole, "line": line}
 
 
@@ -96,6 +128,8 @@ def _block(name: str, what: str, results: Path) -> str:
     path = results / f"{name}.json"
     if path.exists() and name == CRITERIA:
         return criteria_table.page(path)
+    if path.exists() and name == PEERS:
+        return beside_peers(path)
     if path.exists():
         return _KINDS[what](load(path))
     missing = f"not run with this examination yet (`{COMMANDS[name]} --store {RESULTS.as_posix()}/{name}.json`)"

@@ -112,9 +112,9 @@ def as_json(scores: Sequence[CaseScore], how: Provenance, severity: bool = False
         "format_version": FORMAT_VERSION,
         "provenance": asdict(how),
         "severity": severity,
-        "groups": [_plain(asdict(summarise(g, [s for s in scores if s.group == g]))) for g in groups],
+        "groups": [plain(asdict(summarise(g, [s for s in scores if s.group == g]))) for g in groups],
         "calibration": reliability(scores),
-        "cases": [_plain({**asdict(s), "every_point_right": s.every_point_right}) for s in scores],
+        "cases": [plain({**asdict(s), "every_point_right": s.every_point_right}) for s in scores],
     }
 
 
@@ -161,10 +161,10 @@ def _tuple(value: Any) -> Any:
     return tuple(value) if isinstance(value, list) else value
 
 
-def _plain(values: Any) -> Any:
+def plain(values: Any) -> Any:
     """NaN has no place in JSON: None instead."""
     if isinstance(values, Mapping):
-        return {key: _plain(value) for key, value in values.items()}
+        return {key: plain(value) for key, value in values.items()}
     if isinstance(values, list | tuple):
-        return [_plain(value) for value in values]
+        return [plain(value) for value in values]
     return None if isinstance(values, float) and math.isnan(values) else values

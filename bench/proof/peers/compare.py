@@ -23,7 +23,7 @@ from bench.proof.statistics import summarise
 from bench.proof.table import summary_rows
 
 PEER_REPORTS = "peers"
-_NEEDED = ("sklearn", "pysindy", "sysidentpy", "gplearn")
+_NEEDED = ("sklearn", "pysindy", "sysidentpy", "gplearn", "pyoperon")
 
 
 @dataclass(frozen=True, slots=True)

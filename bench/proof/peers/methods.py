@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Callable
 
@@ -91,12 +92,33 @@ def symbolic(problem: Problem) -> Picked:
     return np.unique(np.array([node for node in model._program.program if isinstance(node, int)], dtype=np.int64))
 
 
+def operon(problem: Problem) -> Picked:
+    """Genetic programming (pyoperon) over the same columns as its variables; those in the best program are picked."""
+    from pyoperon.sklearn import SymbolicRegressor
+
+    x, y, _folds = _training(problem)
+    few = np.random.default_rng(0).choice(y.size, min(1000, y.size), replace=False)
+    model = SymbolicRegressor(
+        allowed_symbols="add,sub,mul,constant,variable",
+        population_size=200,
+        generations=60,
+        max_evaluations=20_000,
+        max_length=30,
+        n_threads=1,
+        random_state=0,
+    )
+    model.fit(x[few], y[few] / y.std())
+    program = model.get_model_string(model.model_, 3)
+    return np.array(sorted({int(number) - 1 for number in re.findall(r"X(\d+)", program)}), dtype=np.int64)
+
+
 #: Name of each peer as the table shows it.
 METHODS: dict[str, Method] = {
     "relaxed lasso, 1-SE (scikit-learn)": relaxed_lasso,
     "FROLS + BIC (SysIdentPy)": frols,
     "STLSQ, min CV (pysindy)": stlsq,
     "gplearn": symbolic,
+    "pyoperon": operon,
 }
 
 

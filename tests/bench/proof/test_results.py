@@ -5,14 +5,15 @@ from __future__ import annotations
 import json
 import math
 import re
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import pytest
 
 from bench.proof import figures
-from bench.proof.results import Provenance, ResultsError, as_json, command_line, commit, load, store
+from bench.proof.results import Provenance, ResultsError, as_json, command_line, commit, load, plain, store
 from bench.proof.score import CaseScore
+from bench.proof.statistics import summarise
 from tests.bench.proof.test_statistics import case
 from tests.docs.commands import ROOT
 
@@ -79,6 +80,14 @@ def test_figures_follow_the_results(tmp_path: Path) -> None:
     assert figures.filled(second, tmp_path) == second
     stored(tmp_path, scores=[case("good", True)])
     assert figures.filled(second, tmp_path) != second
+
+
+def test_the_table_of_peers_has_a_row_for_each_method(tmp_path: Path) -> None:
+    other = plain(asdict(summarise("all", [case("good", True), case("bad", False)])))
+    store(tmp_path / "peers.json", {**as_json(SCORES, HOW), "peers": {"lasso": other}})
+    text = figures.filled("<!-- proof peers table --><!-- /proof -->", tmp_path)
+    assert "| bench mismatch | 3 | 1/3 |" in text
+    assert "| lasso | 2 | 1/2 |" in text
 
 
 def test_a_figure_nobody_knows_is_refused(tmp_path: Path) -> None:
