@@ -37,9 +37,14 @@ MOST_SUBSTITUTES = 2
 
 
 def beyond_noise(model: ChannelModel, chosen: Sequence[Chosen], fitted: Fit) -> float:
-    """Mean square that some effects leave of the whitened rows, beyond that of noise, which is 1."""
-    index = [i for b in model.blocks(chosen) for i in b.indices]
-    return max(float(np.mean(model.bank.residual(index, fitted.coefficients) ** 2)) - 1.0, 0.0)
+    """Mean square that some effects leave of the whitened rows, beyond that of noise, which is 1. In an integral the
+    level at which each recording begins is free, and counts as nothing left.
+    """
+    bank = model.bank
+    left = bank.residual([i for b in model.blocks(chosen) for i in b.indices], fitted.coefficients)
+    if model.problem.spec.integral:
+        left = bank.about_levels(left)
+    return max(float(np.mean(left**2)) - 1.0, 0.0)
 
 
 def much_is_left(model: ChannelModel) -> bool:

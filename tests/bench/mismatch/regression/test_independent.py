@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from bench.mismatch.regression.beside import shaped
-from bench.mismatch.regression.independent import independent
+from bench.mismatch.regression.independent import beyond_noise, independent
 from bench.mismatch.regression.pruning import _above_the_rest
 from bench.mismatch.regression.regressors import named
 from bench.mismatch.regression.search import begun
 from bench.simulation.terms import MOTOR_TORQUE
-from tests.bench.mismatch.regression.synthetic import campaign, problem
+from tests.bench.mismatch.regression.synthetic import banked, campaign, problem
 
 
 @pytest.mark.parametrize(
@@ -37,3 +39,16 @@ def test_a_name_is_independent_of_what_depends_on_other_quantities(hidden: str, 
     search.model.price = search.scan([], search.model.fit).price
     assert independent(search, [found], found) is told
     assert (_above_the_rest(search, [found]) == [found]) is told
+
+
+@pytest.mark.parametrize("integral", [True, False])
+def test_the_level_at_which_a_recording_begins_is_nothing_left_of_an_integral(integral: bool) -> None:
+    frame = campaign(8)
+    noise = np.random.default_rng(4).normal(scale=0.05, size=frame.size)
+    bank, base = banked(problem(frame, noise + 30.0 + 2.0 * frame.recording), 0.05, 0.4)
+    model = SimpleNamespace(
+        bank=bank, problem=SimpleNamespace(spec=SimpleNamespace(integral=integral)), blocks=lambda _chosen: base
+    )
+    fitted = SimpleNamespace(coefficients=np.zeros(len([i for b in base for i in b.indices])))
+    left = beyond_noise(model, [], fitted)  # type: ignore[arg-type]
+    assert (left < 0.3) if integral else (left > 1000.0)
