@@ -45,7 +45,7 @@ def test_a_name_is_independent_of_what_depends_on_other_quantities(hidden: str, 
 def test_the_level_at_which_a_recording_begins_is_nothing_left_of_an_integral(integral: bool) -> None:
     frame = campaign(8)
     noise = np.random.default_rng(4).normal(scale=0.05, size=frame.size)
-    bank, base = banked(problem(frame, noise + 30.0 + 2.0 * frame.recording), 0.05, 0.4)
+    bank, base = banked(problem(frame, noise + 30.0 + 2.0 * frame.recording), 0.05, 0.0)
     model = SimpleNamespace(
         bank=bank, problem=SimpleNamespace(spec=SimpleNamespace(integral=integral)), blocks=lambda _chosen: base
     )
