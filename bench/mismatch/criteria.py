@@ -19,8 +19,8 @@ REFERENCE_CELSIUS = 25.0
 KEPT_LOAD_S = 1.0
 """over which the load is averaged where it keeps its level: what a torque sensor's noise does within is no load"""
 LINE_POWER = 25.0
-"""power of a line over the noise about it: the load motor's ripple, waves that shake the load; by chance e^-25 a line; some
-thousand lines are looked at
+"""power of a line over the noise about it: ripple of the load motor, waves that shake the load; by chance e^-25 a line,
+of which some thousand are looked at
 """
 FEWEST_RECORDINGS = 6
 """recordings that can be fitted below which noise and structure are not told apart"""
