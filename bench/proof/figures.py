@@ -44,8 +44,12 @@ _BLOCK = re.compile(r"(<!-- proof (?P<name>[a-z-]+) (?P<what>[a-z]+) -->)(?P<bod
 
 def table(stored: Stored) -> str:
     """How it came about, and one row a set."""
-    lines = severity_lines(stored.scores) if stored.severity else summary_rows(stored.scores, stored.provenance.asked)
-    return "\n".join(["", "", f"{stored.provenance.summary}.", "", *lines, "", ""])
+    if stored.severity:
+        done = f" {len(stored.scores)} of {sum(stored.provenance.asked.values())} folders done."
+        lines = severity_lines(stored.scores)
+    else:
+        done, lines = "", summary_rows(stored.scores, stored.provenance.asked)
+    return "\n".join(["", "", f"{stored.provenance.summary}.{done}", "", *lines, "", ""])
 
 
 def whole(stored: Stored) -> str:

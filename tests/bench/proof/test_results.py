@@ -82,6 +82,12 @@ def test_figures_follow_the_results(tmp_path: Path) -> None:
     assert figures.filled(second, tmp_path) != second
 
 
+def test_a_sweep_of_strengths_says_how_much_of_it_is_done(tmp_path: Path) -> None:
+    path = tmp_path / "severity.json"
+    store(path, as_json(SCORES[:2], HOW, severity=True))
+    assert "2 of 4 folders done." in figures.table(load(path))
+
+
 def test_the_table_of_peers_has_a_row_for_each_method(tmp_path: Path) -> None:
     other = plain(asdict(summarise("all", [case("good", True), case("bad", False)])))
     store(tmp_path / "peers.json", {**as_json(SCORES, HOW), "peers": {"lasso": other}})
