@@ -88,9 +88,19 @@ def severity_lines(scores: Sequence[CaseScore]) -> list[str]:
     effects = _by_effect(scores)
     lines = [_line(("effect", "cases", "S50", "S90")), _line(["---"] * 4)]
     for name, found in sorted(effects.items()):
-        s50, s90 = strength_of_naming(found, 0.5), strength_of_naming(found, 0.9)
-        lines.append(_line((name, str(len(found)), f"{s50:.2f}", f"{s90:.2f}")))
+        tried = [e.strength for e in found if e.strength]
+        ends = [_within(strength_of_naming(found, share), tried) for share in (0.5, 0.9)]
+        lines.append(_line((name, str(len(found)), *ends)))
     return lines
+
+
+def _within(strength: float, tried: Sequence[float]) -> str:
+    """A strength as far as it was tried: beyond the faintest and the strongest nothing was measured."""
+    if not tried:
+        return "–"
+    if strength < min(tried):
+        return f"< {min(tried):.2f}"
+    return f"> {max(tried):.2f}" if strength > max(tried) else f"{strength:.2f}"
 
 
 def _by_effect(scores: Sequence[CaseScore]) -> dict[str, list[EffectScore]]:

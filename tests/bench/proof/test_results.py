@@ -14,6 +14,7 @@ from bench.proof import figures
 from bench.proof.results import Provenance, ResultsError, as_json, command_line, commit, load, plain, store
 from bench.proof.score import CaseScore
 from bench.proof.statistics import summarise
+from bench.proof.table import _within
 from tests.bench.proof.test_statistics import case
 from tests.docs.commands import ROOT
 
@@ -80,6 +81,12 @@ def test_figures_follow_the_results(tmp_path: Path) -> None:
     assert figures.filled(second, tmp_path) == second
     stored(tmp_path, scores=[case("good", True)])
     assert figures.filled(second, tmp_path) != second
+
+
+@pytest.mark.parametrize(("strength", "text"), [(0.1, "< 0.20"), (0.3, "0.30"), (0.9, "> 0.50")])
+def test_a_strength_beyond_those_that_were_tried_is_a_bound(strength: float, text: str) -> None:
+    assert _within(strength, [0.2, 0.5]) == text
+    assert _within(strength, []) == "–"
 
 
 def test_a_sweep_of_strengths_says_how_much_of_it_is_done(tmp_path: Path) -> None:
