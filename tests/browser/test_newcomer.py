@@ -94,6 +94,8 @@ def plan_and_run(page: Browser, address: str) -> None:
     # why it cannot be started yet is written there
     assert page.text("#plan-hint") == "It can be started as soon as it is saved."
     assert not page.find("#plan-start").is_enabled()
+    # time and energy come with the answer to the last change
+    page.until(lambda: page.text("#plan-sum").count(" · ") >= 2)
     energy = page.text("#plan-sum").split(" · ")[2]
     page.click("button", "Save")
     page.find("#sheet-body input").send_keys("Eve")
