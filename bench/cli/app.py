@@ -129,7 +129,7 @@ _EXTRAS: dict[str, str] = {
     "pysindy": "peers",
     "sysidentpy": "peers",
     "gplearn": "peers",
-    "pyoperon": "peers",
+    "pyoperon": "formula",
     "sklearn": "peers",
     "kickcat": "conformance",
     "apprise": "notify",

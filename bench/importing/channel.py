@@ -179,28 +179,27 @@ def _is_current(text: str) -> bool:
 def _signed(raw: NDArray[Any], bits: int, where: str) -> NDArray[Any]:
     """Integers of so many bits that were read without their sign."""
     span = 2**bits
-    if not np.all((raw >= 0) & (raw < span)):
-        low, high = float(np.nanmin(raw)), float(np.nanmax(raw))
-        raise RecordingError(
-            f"{where}.signed_bits: the values are {low:g} to {high:g}, of integers without a sign of {bits} bits they "
-            f"should be 0 to {span - 1}; leave it out if they have their sign already."
-        )
-    whole = raw.astype(np.int64)
+    of, advice = f"of integers without a sign of {bits} bits", "leave it out if they have their sign already"
+    whole = _unsigned(raw, span, f"{where}.signed_bits", of, advice)
     return np.where(whole >= span // 2, whole - span, whole)
 
 
 def _of_sign_and_size(raw: NDArray[Any], bit: int, where: str) -> NDArray[Any]:
     """Integers whose sign is a bit of its own above the bits of their size."""
-    span = 2 ** (bit + 1)
+    of, advice = f"with the sign in bit {bit}", "take signed_bits where -1 is the largest integer there is"
+    whole = _unsigned(raw, 2 ** (bit + 1), f"{where}.sign_bit", of, advice)
+    size = whole % 2**bit
+    return np.asarray(np.where(whole >= 2**bit, -size, size))
+
+
+def _unsigned(raw: NDArray[Any], span: int, key: str, of: str, advice: str) -> NDArray[np.int64]:
+    """Whole numbers from 0 to below ``span``; ``of`` says what they are of, ``advice`` what else to write."""
     if not np.all((raw >= 0) & (raw < span)):
         low, high = float(np.nanmin(raw)), float(np.nanmax(raw))
         raise RecordingError(
-            f"{where}.sign_bit: the values are {low:g} to {high:g}, with the sign in bit {bit} they should be 0 to "
-            f"{span - 1}; take signed_bits where -1 is written as the largest integer there is."
+            f"{key}: the values are {low:g} to {high:g}, {of} they should be 0 to {span - 1}; {advice}."
         )
-    whole = raw.astype(np.int64)
-    size = whole % 2**bit
-    return np.asarray(np.where(whole >= 2**bit, -size, size))
+    return raw.astype(np.int64)
 
 
 def _unwrapped(raw: NDArray[Any], period: float) -> NDArray[Any]:

@@ -49,7 +49,7 @@ def table(stored: Stored) -> str:
         lines = severity_lines(stored.scores)
     else:
         done, lines = "", summary_rows(stored.scores, stored.provenance.asked)
-    return "\n".join(["", "", f"{stored.provenance.summary}.{done}", "", *lines, "", ""])
+    return _below(f"{stored.provenance.summary}.{done}", lines)
 
 
 def whole(stored: Stored) -> str:
@@ -72,7 +72,12 @@ def beside_peers(path: Path) -> str:
         ]
         for name, row in rows.items()
     ]
-    return "\n".join(["", "", f"{stored.provenance.summary}.", "", *marked.table(head, cells), "", ""])
+    return _below(f"{stored.provenance.summary}.", marked.table(head, cells))
+
+
+def _below(how: str, lines: list[str]) -> str:
+    """The text of a block: how a table came about, and the table."""
+    return "\n".join(["", "", how, "", *lines, "", ""])
 
 
 def line(stored: Stored) -> str:
@@ -100,6 +105,8 @@ _OF_PEERS = {
     "alarms": "folders with a false finding",
 }
 _KINDS: dict[str, Callable[[Stored], str]] = {"table": table, "all": whole, "line": line}
+#: Tables with columns of their own, by the name of the result.
+_OF_A_FORM_OF_THEIR_OWN: dict[str, Callable[[Path], str]] = {CRITERIA: criteria_table.page, PEERS: beside_peers}
 
 
 def filled(page: str, results: Path) -> str:
@@ -130,11 +137,7 @@ def _block(name: str, what: str, results: Path) -> str:
     if name not in COMMANDS or what not in _KINDS:
         raise ResultsError(f"there is no figure 'proof {name} {what}'.")
     path = results / f"{name}.json"
-    if path.exists() and name == CRITERIA:
-        return criteria_table.page(path)
-    if path.exists() and name == PEERS:
-        return beside_peers(path)
     if path.exists():
-        return _KINDS[what](load(path))
+        return _OF_A_FORM_OF_THEIR_OWN[name](path) if name in _OF_A_FORM_OF_THEIR_OWN else _KINDS[what](load(path))
     missing = f"not run with this examination yet (`{COMMANDS[name]} --store {RESULTS.as_posix()}/{name}.json`)"
     return missing if what == "line" else f"\n\nThis was {missing}.\n\n"

@@ -106,10 +106,19 @@ def _shaking(recording: Recording, values: dict[str, FloatArray], taper: FloatAr
     error = angle - values["motor_angle"] / ratio
     speed = float(np.ptp(angle)) * float(recording.sample_rate) / angle.size
     waves = 2.0 * spectrum(angle, (error - np.median(error)) * taper, highest) / max(float(taper.sum()), 1.0)
+    return np.asarray(np.where(standing_out(waves), -((np.arange(highest + 1) * speed) ** 2) * waves, 0.0))
+
+
+def standing_out(waves: Complex) -> NDArray[np.bool_]:
+    """Which of the waves of a spectrum, from the constant on (orders,), stand out of the noise about them; the constant
+    is none.
+    """
     power = np.abs(waves) ** 2
+    power[0] = power[1]
     noise = median_filter(power, 2 * _NEIGHBOURS + 1, mode="mirror") / np.log(2.0)
-    clear = power > criteria.LINE_POWER * np.maximum(noise, 1e-300)
-    return np.asarray(np.where(clear, -((np.arange(highest + 1) * speed) ** 2) * waves, 0.0))
+    clear = np.asarray(power > criteria.LINE_POWER * np.maximum(noise, 1e-300))
+    clear[0] = False
+    return clear
 
 
 def _without_inertia(lines: Complex, shaken: Complex) -> Complex:

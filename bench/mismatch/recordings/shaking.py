@@ -11,11 +11,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.ndimage import median_filter
 
-from bench.mismatch import criteria
-from bench.mismatch.recordings.notch import spectrum
+from bench.mismatch.recordings.notch import spectrum, standing_out
 from bench.mismatch.recordings.smoothing import passed_by, value_passed_by
 from bench.recording import Recording
 from bench.simulation.frame import FloatArray
@@ -23,8 +20,6 @@ from bench.simulation.waves import of_orders
 
 _SAMPLES_A_WAVE = 4
 """samples of the shortest wave that is looked for"""
-_NEIGHBOURS = 31
-"""waves about one whose median tells the noise at it"""
 _SHORTEST = 600
 """samples of a segment in which waves are looked for: five times the waves whose median tells the noise"""
 _LEAST_TRAVEL = 2.0 * np.pi / 6.0
@@ -59,32 +54,25 @@ def shaken(
             continue
         turned = np.abs(x - x[0])
         # over whole revolutions whole orders do not leak into each other
-        period = max(2.0 * np.pi * np.floor(travel / (2.0 * np.pi)), 0.0) or travel
+        period = 2.0 * np.pi * np.floor(travel / (2.0 * np.pi)) or travel
         within = turned <= period
         unit = 2.0 * np.pi / period
         number = int(within.sum())
-        highest = number // _SAMPLES_A_WAVE
-        found = 2.0 / number * spectrum((x - x[0])[within] * unit, (y - y[within].mean())[within], highest)
-        hertz = np.arange(highest + 1) * rate / number
+        found = (
+            2.0
+            / number
+            * spectrum((x - x[0])[within] * unit, (y - y[within].mean())[within], number // _SAMPLES_A_WAVE)
+        )
+        clear = np.flatnonzero(standing_out(found))
+        hertz = clear * rate / number
         share = 1.0 - value_passed_by(rate, span, hertz)
-        clear = _clear(np.abs(found) ** 2) & (share > _LEAST_LEFT)
-        waves = found[clear] / share[clear]
-        large = np.abs(waves) > _COUNTS * count
-        waves, hertz = waves[large], hertz[clear][large]
-        orders: FloatArray = np.asarray(np.flatnonzero(clear)[large] * unit, dtype=np.float64)
-        lacking = 1.0 - passed_by(rate, span, hertz) if smoothed else np.ones(hertz.size)
-        bending = -(orders**2) * lacking * waves
+        waves = found[clear] / share
+        real = (share > _LEAST_LEFT) & (np.abs(waves) > _COUNTS * count)
+        orders: FloatArray = np.asarray(clear[real] * unit, dtype=np.float64)
+        lacking = 1.0 - passed_by(rate, span, hertz[real]) if smoothed else np.ones(orders.size)
+        bending = -(orders**2) * lacking * waves[real]
         out[piece] = of_orders(x - x[0], orders, np.asarray(bending.real), np.asarray(bending.imag)) * speed[piece] ** 2
     return out
-
-
-def _clear(power: FloatArray) -> NDArray[np.bool_]:
-    """Which waves (waves,) stand out of the noise about them."""
-    power[0] = power[1]
-    noise = median_filter(power, _NEIGHBOURS, mode="mirror") / np.log(2.0)
-    clear = np.asarray(power > criteria.LINE_POWER * np.maximum(noise, 1e-300))
-    clear[0] = False
-    return clear
 
 
 def count_of(recording: Recording) -> float:

@@ -17,6 +17,7 @@ _FOLDS = 4
 #: Least relative rise of the held-out RMSE without a group that keeps the group in.
 _PRUNE = 0.002
 _ROWS = 4000
+_ROWS_OF_PROGRAMS = 1000
 
 
 def relaxed_lasso(problem: Problem) -> Picked:
@@ -79,8 +80,7 @@ def symbolic(problem: Problem) -> Picked:
     """Genetic programming (gplearn) over the same columns as its variables; those in the best program are picked."""
     from gplearn.genetic import SymbolicRegressor
 
-    x, y, _folds = _training(problem)
-    few = np.random.default_rng(0).choice(y.size, min(1000, y.size), replace=False)
+    x, y = _few(problem)
     model = SymbolicRegressor(
         population_size=200,
         generations=8,
@@ -88,7 +88,7 @@ def symbolic(problem: Problem) -> Picked:
         parsimony_coefficient=0.02,
         random_state=0,
     )
-    model.fit(x[few], y[few] / y.std())
+    model.fit(x, y)
     return np.unique(np.array([node for node in model._program.program if isinstance(node, int)], dtype=np.int64))
 
 
@@ -96,8 +96,7 @@ def operon(problem: Problem) -> Picked:
     """Genetic programming (pyoperon) over the same columns as its variables; those in the best program are picked."""
     from pyoperon.sklearn import SymbolicRegressor
 
-    x, y, _folds = _training(problem)
-    few = np.random.default_rng(0).choice(y.size, min(1000, y.size), replace=False)
+    x, y = _few(problem)
     model = SymbolicRegressor(
         allowed_symbols="add,sub,mul,constant,variable",
         population_size=200,
@@ -107,7 +106,7 @@ def operon(problem: Problem) -> Picked:
         n_threads=1,
         random_state=0,
     )
-    model.fit(x[few], y[few] / y.std())
+    model.fit(x, y)
     program = model.get_model_string(model.model_, 3)
     return np.array(sorted({int(number) - 1 for number in re.findall(r"X(\d+)", program)}), dtype=np.int64)
 
@@ -165,6 +164,13 @@ def _training(problem: Problem) -> tuple[NDArray[np.float64], NDArray[np.float64
     if index.size > _ROWS:
         index = np.sort(np.random.default_rng(1).choice(index, _ROWS, replace=False))
     return problem.columns[index], problem.y[index], problem.recording[index] % _FOLDS
+
+
+def _few(problem: Problem) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Rows that genetic programming gets, of a target of size one."""
+    x, y, _folds = _training(problem)
+    few = np.random.default_rng(0).choice(y.size, min(_ROWS_OF_PROGRAMS, y.size), replace=False)
+    return x[few], y[few] / y.std()
 
 
 def _fit_stlsq(kind: type, x: NDArray[np.float64], y: NDArray[np.float64], threshold: float) -> NDArray[np.float64]:

@@ -230,31 +230,21 @@ def test_a_file_of_measurements_is_no_mapping_and_the_way_to_one_is_said(folder:
         list(import_recordings(folder / "a.csv", folder / "out"))
 
 
-def test_a_bit_of_its_own_is_the_sign(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("key", "value", "most"),
+    [("signed_bits", 16, 65535), ("sign_bit", 10, 2047)],  # -1 as 65535; -1 as 1025
+)
+def test_integers_without_their_sign_get_it_back(tmp_path: Path, key: str, value: int, most: int) -> None:
     whole = np.round(400 * np.sin(5 * _T)).astype(np.int64)
-    builders.csv(tmp_path / "a.csv", t=_T, q=_T, n=np.where(whole < 0, 1024 - whole, whole))
-    channels = """
-motor_angle = {variable = "q", unit = "rad"}
-motor_torque = {variable = "n", unit = "N*m", scale = 0.01, sign_bit = 10}
+    written = whole % 65536 if key == "signed_bits" else np.where(whole < 0, 1024 - whole, whole)
+    builders.csv(tmp_path / "a.csv", t=_T, q=_T, n=written)
+    channels = f"""
+motor_angle = {{variable = "q", unit = "rad"}}
+motor_torque = {{variable = "n", unit = "N*m", scale = 0.01, {key} = {value}}}
 """
     recording = builders.one(tmp_path, channels).recording
     np.testing.assert_allclose(recording.si("motor_torque"), 0.01 * whole, rtol=1e-12)
     builders.csv(tmp_path / "a.csv", t=_T, q=_T, n=whole)
     sentence = builders.why(tmp_path, channels)
-    assert "channels.motor_torque.sign_bit: the values are -" in sentence
-    assert "should be 0 to 2047" in sentence
-
-
-def test_integers_without_their_sign_get_it_back(tmp_path: Path) -> None:
-    whole = np.round(400 * np.sin(5 * _T)).astype(np.int64)
-    builders.csv(tmp_path / "a.csv", t=_T, q=_T, n=whole % 65536)
-    channels = """
-motor_angle = {variable = "q", unit = "rad"}
-motor_torque = {variable = "n", unit = "N*m", scale = 0.01, signed_bits = 16}
-"""
-    recording = builders.one(tmp_path, channels).recording
-    np.testing.assert_allclose(recording.si("motor_torque"), 0.01 * whole, rtol=1e-12)
-    builders.csv(tmp_path / "a.csv", t=_T, q=_T, n=whole)
-    sentence = builders.why(tmp_path, channels)
-    assert "channels.motor_torque.signed_bits: the values are -" in sentence
-    assert "should be 0 to 65535" in sentence
+    assert f"channels.motor_torque.{key}: the values are -" in sentence
+    assert f"should be 0 to {most}" in sentence
