@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.mismatch.orders.between import Path, left_of, rounded
+from bench.mismatch.orders.between import FARTHEST, Path, left_of, rounded
 from bench.mismatch.orders.look import PARTS
 from bench.mismatch.orders.revolutions import Complex, Revolution, Seen
 from bench.mismatch.orders.weak import Stage, WeakOrder
@@ -38,7 +38,7 @@ def moved(
     whole = Stage.of(seen, revolutions, train)
     if whole is None:
         return {}
-    path = Path.of(seen, train)
+    path = Path.of(seen, train, 2.0 * FARTHEST)
     out = {}
     for order in filter(is_between, found):
         one = _alone(whole, seen, train, order)

@@ -179,7 +179,9 @@ def _strengths(model: TransmissionModel, data: Amplitudes, law: Law) -> tuple[La
 def calibrated_under(model: TransmissionModel, data: Amplitudes, law: Law) -> Series:
     """The series calibrated under a law."""
     answer = factor(law, data.x, data.time, data.orders)
-    return calibrate(model.training_revolutions, data.vectors / answer, data.sigma / np.abs(answer), data.orders)
+    return calibrate(
+        model.training_revolutions, data.vectors / answer, data.sigma / np.abs(answer), data.orders, parts=model.parts
+    )
 
 
 def joined(whole: Series, part: Series) -> Series:

@@ -29,7 +29,7 @@ from bench.mismatch.orders.revolutions import (
 )
 from bench.mismatch.orders.ringing import ringing, rings_for
 from bench.mismatch.orders.series import Series, calibrate
-from bench.mismatch.orders.unsure import angle_of_rows, unsure
+from bench.mismatch.orders.unsure import Unsure, angle_of_rows, unsure
 from bench.mismatch.orders.weak import Stage, WeakOrder, search
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.course import added
@@ -47,6 +47,13 @@ from bench.simulation.terms import TRANSMISSION_ERROR
 ROUNDS = 24
 SETTLINGS = 3
 """times that found orders are moved and asked again"""
+FEWEST_CALIBRATED = 2
+"""steady revolutions that may be fitted from which the series is calibrated; its prior and the steady parts of less
+than a revolution say the rest"""
+LEARNINGS = 4
+"""times that the offset is searched, as long as its rows still teach the series something"""
+LEARNT = 0.5
+"""size of what the offset's rows move the series by, over their noise, below which it is not searched again"""
 FOLLOWED = 2.0
 """variance of what a plain model leaves of an order's vectors, over the noise's, from which the order gets
 polynomials of its own"""
@@ -140,7 +147,7 @@ def begun(
 
 def analyse(model: TransmissionModel, seed: int) -> TransmissionModel:
     """Find what the transmission error's simulation lacks."""
-    if int(model.train.sum()) >= 4:
+    if int(model.train.sum()) >= FEWEST_CALIBRATED:
         quiet = model.rows.y - _wavering(model, model.rows.y)
         _orders(model, quiet, seed)
         assert model.periodic is not None
@@ -153,9 +160,37 @@ def analyse(model: TransmissionModel, seed: int) -> TransmissionModel:
 
 
 def offset_anew(model: TransmissionModel, seed: int) -> None:
-    """Search what the model's periodic part leaves for what the offset lacks."""
-    periodic = model.periodic.evaluate(model.rows.frame) if model.periodic is not None else np.zeros(model.rows.size)
-    model.offset = searched(_problem(model, model.rows.y - periodic), seed)
+    """Search what the model's periodic part leaves for what the offset lacks; what the offset's rows teach the series
+    is kept.
+    """
+    for _ in range(LEARNINGS):
+        periodic = np.zeros(model.rows.size) if model.periodic is None else model.periodic.evaluate(model.rows.frame)
+        model.offset = searched(_problem(model, model.rows.y - periodic), seed)
+        if model.periodic is None:
+            break
+        series = _learnt(model, model.offset)
+        if series is None:
+            break
+        model.periodic = replace(model.periodic, series=series)
+
+
+def _learnt(model: TransmissionModel, offset: Search) -> Series | None:
+    """The series with what the offset's rows say of its coefficients; None where that moves the rows by next to
+    nothing.
+    """
+    assert model.noise is not None
+    fitted, problem = offset.model, offset.model.problem
+    block = next((b for b in fitted.base if isinstance(b.regressor, Unsure)), None)
+    if block is None:
+        return None
+    assert isinstance(block.regressor, Unsure)
+    coefficients, covariance = fitted.fit.of(block.indices)
+    frame = problem.rows.frame
+    shift = (block.regressor.columns(frame) @ coefficients)[problem.usable]
+    noise = model.noise.of_means(problem.rows.number, durations(frame))[problem.usable]
+    if np.mean(shift**2) < LEARNT**2 * np.mean(noise):
+        return None
+    return block.regressor.known(coefficients, covariance)
 
 
 def _orders(model: TransmissionModel, y: FloatArray, seed: int) -> None:
@@ -269,7 +304,7 @@ def calibrate_all(model: TransmissionModel, now: Seen, known: Sequence[float], f
 
     def under(laws: tuple[Law, ...], waves: tuple[WeakOrder, ...]) -> Periodic:
         by = passed(laws, revolutions, polynomial)
-        series = calibrate(revolutions, vectors / by, noise / np.abs(by), polynomial)
+        series = calibrate(revolutions, vectors / by, noise / np.abs(by), polynomial, parts=model.parts)
         return with_parts(model, Periodic(series, waves, laws=laws))
 
     model.periodic = under((*model.given.laws, *model.laws), alone)

@@ -179,7 +179,13 @@ def refined(
 
     def under(point: FloatArray, touched: NDArray[np.bool_]) -> Amplitudes:
         answer = np.where(touched[None, :], resonant(begin.form, data.frequency, clipped(point)), 1.0)
-        series = calibrate(model.training_revolutions, data.vectors / answer, data.sigma / np.abs(answer), data.orders)
+        series = calibrate(
+            model.training_revolutions,
+            data.vectors / answer,
+            data.sigma / np.abs(answer),
+            data.orders,
+            parts=model.parts,
+        )
         return replace(data, series=series)
 
     plain = _losses(data, _Freedom.of(data), begin.form, _NOTHING)

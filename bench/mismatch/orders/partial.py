@@ -20,7 +20,7 @@ from bench.mismatch.recordings.rows import Rows
 from bench.simulation.frame import FloatArray
 from bench.simulation.laws import Law, factor
 
-STEPS = 3
+STEPS = 8
 """Gauss-Newton steps: phases that were extrapolated may be off by a good part of a radian"""
 
 

@@ -159,18 +159,18 @@ def calibrate(
     noise: FloatArray,
     orders: Sequence[float],
     known: Series | None = None,
+    parts: Sequence[Revolution] = (),
 ) -> Series:
     """Fit amplitude and phase polynomials to ``vectors`` (revolutions, orders) whose components have ``noise``
-    (revolutions, orders).
+    (revolutions, orders). The prior is of states that vary as much as those of the revolutions and of ``parts``
+    together, which will refine them.
 
     With a ``known`` series its prior stands and its coefficients are begun with; else both are learnt in some rounds.
     """
     x, direction = states(revolutions), directions(revolutions)
     sides = [s for s in (1, -1) if np.any(direction * s > 0)]
-    scalings: dict[int, Scaling] = {}
-    for side in sides:
-        rows = direction * side > 0
-        scalings[side] = Scaling.of(x[rows])
+    all_states, all_directions = states([*revolutions, *parts]), directions([*revolutions, *parts])
+    scalings = {side: Scaling.of(all_states[all_directions * side > 0]) for side in sides}
     number = len(orders)
     amplitude = {s: np.zeros((number, 10)) for s in sides}
     phase = {s: np.zeros((number, 10)) for s in sides}

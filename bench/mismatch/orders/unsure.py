@@ -11,7 +11,7 @@ Gaussian Processes, 2006, 2.7); what is left is noise of the rows.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,6 +78,21 @@ class Unsure(Untold):
             smear = kept_by_mean(self.series.orders[k], span[rows]) ** 2
             out[rows] += np.where(phase < SURE_OF_PHASE, 0.5 * smear * squares, 0.0)
         return out
+
+    def known(self, coefficients: FloatArray, covariance: FloatArray) -> Series:
+        """The series with what a fit says of the directions: their ``coefficients`` (directions,) in standard
+        deviations, and ``covariance``.
+        """
+        series = self.series
+        amplitude = {side: values.copy() for side, values in series.amplitude.items()}
+        phase = {side: values.copy() for side, values in series.phase.items()}
+        of_all = {side: values.copy() for side, values in series.covariance.items()}
+        learnt = np.eye(self.size) - covariance
+        for (side, k), mixing in self.mixing.items():
+            amplitude[side][k] += mixing[:10] @ coefficients
+            phase[side][k] += mixing[10:] @ coefficients
+            of_all[side][k] -= mixing @ learnt @ mixing.T
+        return replace(series, amplitude=amplitude, phase=phase, covariance=of_all)
 
 
 def unsure(

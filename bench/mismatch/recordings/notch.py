@@ -159,10 +159,12 @@ def notched(
     direction: FloatArray,
     bad: NDArray[np.bool_],
     orders: Sequence[float],
+    beside: Sequence[FloatArray] = (),
 ) -> FloatArray:
     """The ripple in a recording's torque at ``orders`` over the output angle; 0 where it stands or hardly turns.
 
-    All arrays (n,). The slow part stands beside the waves: a constant, the direction, a line over time.
+    All arrays (n,). The slow part stands beside the waves: a constant, the direction, a line over time, and what else
+    is given ``beside``: while a shaft starts, its waves are slow, and drag that grows with the speed looks like them.
     """
     out = np.zeros(angle.size)
     moving = (direction != 0) & ~bad
@@ -175,7 +177,9 @@ def notched(
         chosen[np.flatnonzero(chosen)[np.arange(int(chosen.sum())) % (chosen.sum() // _ENOUGH) != 0]] = False
     frequencies = np.asarray(orders, dtype=np.float64)
     line: FloatArray = np.linspace(-1.0, 1.0, angle.size)
-    normal, right = _products(angle[chosen], torque[chosen], direction[chosen], line[chosen], frequencies)
+    slow = np.vstack([np.ones(angle.size), direction, line, *beside])
+    slow /= np.maximum(np.abs(slow).max(axis=1, keepdims=True), 1e-300)
+    normal, right = _products(angle[chosen], torque[chosen], slow[:, chosen], frequencies)
     normal[np.diag_indices_from(normal)] *= 1.0 + 1e-9
     beta: FloatArray = np.asarray(np.linalg.lstsq(normal, right, rcond=1e-12)[0], dtype=np.float64)
     cosine, sine = (beta[k : 2 * frequencies.size : 2] for k in (0, 1))
@@ -183,10 +187,10 @@ def notched(
 
 
 def _products(
-    angle: FloatArray, torque: FloatArray, direction: FloatArray, line: FloatArray, orders: FloatArray
+    angle: FloatArray, torque: FloatArray, slow: FloatArray, orders: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Normal equations of cosine and sine of each order, a constant, the direction and the line."""
+    """Normal equations of cosine and sine of each order and of what is ``slow`` (columns, n)."""
     wave = phasors(orders[:, None] * angle)
     rows = np.stack([wave.real, wave.imag], axis=1).reshape(2 * orders.size, angle.size)
-    design = np.vstack([rows, np.ones(angle.size), direction, line])
+    design = np.vstack([rows, slow])
     return design @ design.T, design @ torque

@@ -22,7 +22,7 @@ from bench.mismatch.recordings.faulty import stuck
 from bench.mismatch.recordings.level import kept_segments, levelled, numbered
 from bench.mismatch.recordings.motion import Manner, corners, directions, passing, since_change
 from bench.mismatch.recordings.notch import notched
-from bench.mismatch.recordings.shaking import count_of, shaken
+from bench.mismatch.recordings.shaking import WIDER, count_of, shaken
 from bench.mismatch.recordings.smoothing import local_quadratic, repaired, smoothed
 from bench.mismatch.recordings.thinning import Measured, Thinning, group_of
 from bench.mismatch.recordings.window import ANGLE, VELOCITY, Rates, motion
@@ -165,13 +165,14 @@ def prepare(
         motor = np.cumsum(omega) / rate
     theta = motor / ratio
     q = load if "load_angle" in signals else theta
-    q_smooth, q_rate, q_acceleration = smoothed(q, rate, span, whole)
+    _, q_rate, q_acceleration = smoothed(q, rate, span, whole)
     if "motor_angle" in signals and "load_angle" in signals:
         turning = [piece for piece in whole or [slice(0, n)] if np.all(steady[piece] > 0.5)]
         chosen = _quieter(q_acceleration, acceleration / ratio)
         count = count_of(recording)
         by_itself = chosen is q_acceleration
-        q_acceleration = chosen + shaken(q, q - q_smooth, q_rate, turning, rate, span, count, by_itself)
+        left = q - smoothed(q, rate, WIDER * span, whole)[0]
+        q_acceleration = chosen + shaken(q, left, q_rate, turning, rate, span, count, by_itself)
     direction, last = directions(omega, manner.standstill)
     reversal_travel, reversal_time, reversed_before = since_change(theta, time, direction, last)
 
@@ -180,7 +181,7 @@ def prepare(
     taken: dict[str, FloatArray] = {}
     if "load_torque" in signals:
         taken["load_torque"] = notched(
-            q, load_torque - load_motor, direction, signals.wild("load_torque"), folder.notch
+            q, load_torque - load_motor, direction, signals.wild("load_torque"), folder.notch, [q_acceleration]
         )
         load_torque = load_torque - taken["load_torque"]
     # a bench without torque sensor takes what the load motor reports, or else what was asked for
@@ -205,7 +206,9 @@ def prepare(
     if "motor_torque" in signals and "load_torque" in signals:  # without it there is no load motor to ripple
         # the ripple acts on the gearbox, so the input motor sees it through the ratio
         wild = signals.wild("motor_torque")
-        taken["motor_torque"] = notched(q, motor_torque - torque / ratio, direction, wild, folder.notch)
+        taken["motor_torque"] = notched(
+            q, motor_torque - torque / ratio, direction, wild, folder.notch, [omega, acceleration]
+        )
         motor_torque = motor_torque - taken["motor_torque"]
     # without a thermometer nothing can depend on temperature: the value to which the nominal terms are referred
     temperature = signals.mean("temperature") if "temperature" in signals else np.full(n, criteria.REFERENCE_CELSIUS)

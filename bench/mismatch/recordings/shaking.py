@@ -1,9 +1,9 @@
 """How the load is shaken by the waves of the transmission error in steady motion.
 
 A window that keeps the noise out of an acceleration keeps waves of forty hertz out as well, and at order 280 an inertia
-of 3 kg·m² asks for a newton metre to follow eight microradians. What the window leaves of the angle is noise and the
+of 3 kg·m² asks for a newton metre to follow eight microradians. What a window leaves of the angle is noise and the
 greater part of such waves. Each that stands out of the noise has the acceleration that follows from its order and the
-speed; what the smoothed acceleration lacks of it is added.
+speed; what the smoothed acceleration lacks of it is added. What is left is that of a wider window, for a window lets pass more of a wave than of its acceleration.
 """
 
 from __future__ import annotations
@@ -25,7 +25,9 @@ _SHORTEST = 600
 _LEAST_TRAVEL = 2.0 * np.pi / 6.0
 """rad of the output in such a segment"""
 _LEAST_LEFT = 0.2
-"""share of a wave that the window has to leave: of one that it lets pass the smoothed acceleration knows"""
+"""share of a wave that the wider window has to leave: of one that it lets pass the smoothed acceleration knows"""
+WIDER = 4.0
+"""times the window of the acceleration that of the angle is which leaves the waves"""
 _COUNTS = 0.5
 """counts of the encoder that a wave has at least: an even motion over the steps of a coarse one has waves of a third"""
 
@@ -41,10 +43,12 @@ def shaken(
     smoothed: bool = True,
 ) -> FloatArray:
     """What an acceleration lacks (n,), rad/s², of the waves over the output's ``angle`` (n,) that stand out of the
-    noise in what a window ``left`` of it (n,), in each of some steady pieces; nothing elsewhere.
+    noise in what a window :data:`WIDER` times as long ``left`` of it (n,), in each of some steady pieces; nothing
+    elsewhere.
 
-    ``speed`` (n,) of the output, rad/s; sample ``rate`` in Hz; ``span`` of the window in s; ``count`` of the angle's
-    encoder, rad. ``smoothed``: whether the acceleration is that of the angle behind the window; else it has no waves.
+    ``speed`` (n,) of the output, rad/s; sample ``rate`` in Hz; ``span`` of the acceleration's window in s; ``count`` of
+    the angle's encoder, rad. ``smoothed``: whether the acceleration is that of the angle behind its window; else it has
+    no waves.
     """
     out = np.zeros(angle.size)
     for piece in pieces:
@@ -65,7 +69,7 @@ def shaken(
         )
         clear = np.flatnonzero(standing_out(found))
         hertz = clear * rate / number
-        share = 1.0 - value_passed_by(rate, span, hertz)
+        share = 1.0 - value_passed_by(rate, WIDER * span, hertz)
         waves = found[clear] / share
         real = (share > _LEAST_LEFT) & (np.abs(waves) > _COUNTS * count)
         orders: FloatArray = np.asarray(clear[real] * unit, dtype=np.float64)

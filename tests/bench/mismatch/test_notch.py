@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.mismatch.recordings.notch import _coherence, _without_inertia, ripple_orders
+from bench.mismatch.recordings.notch import _coherence, _without_inertia, notched, ripple_orders
 from bench.recording import ChannelSpec, Recording, Segment, write_recording
 from tests.bench.recording import builders
 
@@ -93,3 +93,19 @@ def test_a_ripple_of_one_size_may_stand_more_or_less_above_the_noise_of_each_rec
     quieter = 1.0 / np.linspace(1.0, 10.0, ONE.size)
     scatter = 0.01 * (rng.normal(size=ONE.size) + 1j * rng.normal(size=ONE.size))
     assert _coherence((2.0 - 1.0j) * quieter + scatter, quieter) > 1000.0
+
+
+def test_drag_of_a_shaft_that_starts_slowly_is_no_ripple() -> None:
+    """Where a shaft starts, waves over its angle are as slow as the drag that grows with the speed."""
+    time = np.arange(28.0 * RATE) / RATE
+    omega = 190.0 * np.minimum(time, 28.0 - time) / 14.0
+    angle = np.cumsum(omega) / RATE / 185.0
+    drag = 0.4 + 0.006 * omega + 0.003 * np.gradient(omega, time)
+    ripple = 0.02 * np.cos(150.0 * angle + 0.3)
+    noise = np.random.default_rng(6).normal(0.0, 0.01, time.size)
+    bad, direction = np.zeros(time.size, dtype=bool), np.ones(time.size)
+    beside = [omega, np.gradient(omega, time)]
+    taken = notched(angle, drag + ripple + noise, direction, bad, (150.0, 300.0), beside)
+    assert np.max(np.abs(taken - ripple)) < 0.002
+    without = notched(angle, drag + ripple + noise, direction, bad, (150.0, 300.0))
+    assert np.max(np.abs(without - ripple)) > 0.02

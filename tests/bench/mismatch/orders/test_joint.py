@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from bench.mismatch.orders.joint import moved, needless
+from bench.mismatch.orders.look import Look
+from bench.mismatch.orders.revolutions import Revolution, seen
 from bench.mismatch.orders.weak import WeakOrder
-from tests.bench.mismatch.orders.test_between import NOISE, PRICE, shown
+from tests.bench.mismatch.orders.test_between import NOISE, PRICE, ROWS, shown
 
 TRAIN = np.ones(13, dtype=bool)
 
@@ -19,24 +21,40 @@ def of(*orders: float) -> dict[float, WeakOrder]:
 
 @pytest.mark.parametrize(("true", "fitted"), [(20.46, 20.45), (20.46, 20.475), (12.0, 11.97), (31.0, 31.02)])
 def test_an_order_moves_to_where_it_is(true: float, fitted: float) -> None:
-    seen, revolutions = shown(13, 2.0, np.array([(true, 20.0 * NOISE, 0.4), (7.0, 20.0 * NOISE, 1.0)]), (7.0, fitted))
-    steps = moved(seen, revolutions, TRAIN, of(fitted, 7.0))
+    now, revolutions = shown(13, 2.0, np.array([(true, 20.0 * NOISE, 0.4), (7.0, 20.0 * NOISE, 1.0)]), (7.0, fitted))
+    steps = moved(now, revolutions, TRAIN, of(fitted, 7.0))
     assert steps == {fitted: pytest.approx(true, abs=1e-3)}
     assert round(true) != true or steps[fitted] == true
 
 
 def test_an_order_that_is_where_it_should_be_stays() -> None:
-    seen, revolutions = shown(13, 2.0, np.array([(20.25, 20.0 * NOISE, 0.4)]), (20.25,))
-    assert moved(seen, revolutions, TRAIN, of(20.25)) == {}
+    now, revolutions = shown(13, 2.0, np.array([(20.25, 20.0 * NOISE, 0.4)]), (20.25,))
+    assert moved(now, revolutions, TRAIN, of(20.25)) == {}
 
 
 def test_an_order_that_another_was_mistaken_for_is_needless() -> None:
-    seen, revolutions = shown(13, 2.0, np.array([(20.25, 20.0 * NOISE, 0.4)]), (20.25, 21.0, 40.5))
-    assert set(needless(seen, revolutions, TRAIN, of(20.25, 21.0, 40.5), PRICE)) == {21.0, 40.5}
+    now, revolutions = shown(13, 2.0, np.array([(20.25, 20.0 * NOISE, 0.4)]), (20.25, 21.0, 40.5))
+    assert set(needless(now, revolutions, TRAIN, of(20.25, 21.0, 40.5), PRICE)) == {21.0, 40.5}
 
 
 def test_a_part_of_an_order_is_no_choice_of_one_of_many() -> None:
     """What was found when its neighbour was missing stands a little beside the twelfth that it is."""
     lines = np.array([(23.0 / 3.0, 4.0 * NOISE, 0.4)])
-    seen, revolutions = shown(13, 2.0, lines, (7.664,))
-    assert moved(seen, revolutions, TRAIN, of(7.664)) == {7.664: pytest.approx(92.0 / 12.0, abs=1e-9)}
+    now, revolutions = shown(13, 2.0, lines, (7.664,))
+    assert moved(now, revolutions, TRAIN, of(7.664)) == {7.664: pytest.approx(92.0 / 12.0, abs=1e-9)}
+
+
+def test_an_order_leaves_a_place_where_its_phases_are_nearly_alike() -> None:
+    """Recordings follow each other in groups that are equally far apart: an order that is off by one over that distance
+    has the same phase in all groups.
+    """
+    apart, travelled, true = 16.0, 1.1, 20.46
+    starts = np.array([apart * group + travelled * k for group in range(3) for k in range(4)])
+    theta = 2.0 * np.pi * (starts[:, None] + travelled * np.arange(ROWS) / ROWS).ravel()
+    y = 20.0 * NOISE * np.cos(true * theta + 0.4) + NOISE * np.random.default_rng(7).normal(size=theta.size)
+    places = [slice(k * ROWS, (k + 1) * ROWS) for k in range(starts.size)]
+    revolutions = [Revolution(k, rows, 0.0, 0.1, 25.0, 60.0 * k, 1.0, travelled, 60.0) for k, rows in enumerate(places)]
+    looks = [Look(theta[rows], np.ones(ROWS), rows, 2.0 * np.pi * travelled) for rows in places]
+    off = true + 1.0 / apart
+    now = seen(looks, revolutions, y, (off,))
+    assert moved(now, revolutions, np.ones(starts.size, dtype=bool), of(off)) == {off: pytest.approx(true, abs=1e-3)}

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
 from bench.mismatch.orders.partial import refined
@@ -31,14 +34,14 @@ def turn(velocity: float, torque: float, rows: slice = slice(0, 0)) -> Revolutio
     return Revolution(0, rows, torque, velocity, 25.0, 0.0, 1.0, 1.0, 60.0)
 
 
-def calibrated(seed: int = 0) -> Series:
+def calibrated(seed: int = 0, parts: Sequence[Revolution] = ()) -> Series:
     """The series from whole revolutions at two speeds."""
     rng = np.random.default_rng(seed)
     revolutions = [turn(v, tau) for v in SPEEDS for tau in (-800.0, -300.0, 0.0, 300.0, 800.0)]
     noise = 0.005e-6
     drawn = rng.normal(size=(2, len(revolutions), len(ORDERS)))
     vectors = np.array([true(t.velocity, t.torque) for t in revolutions]) + noise * (drawn[0] + 1j * drawn[1])
-    return calibrate(revolutions, vectors, np.full(vectors.shape, noise), ORDERS)
+    return calibrate(revolutions, vectors, np.full(vectors.shape, noise), ORDERS, parts=parts)
 
 
 def half(seed: int = 1, level: float = 3e-6) -> tuple[Rows, FloatArray]:
@@ -85,3 +88,16 @@ def test_a_part_the_other_way_says_nothing_of_this_one() -> None:
     backwards = Revolution(0, slice(0, HALF), 0.0, -SLOW, 25.0, 0.0, -1.0, 0.5, 60.0)
     after = refined(before, rows, y, [backwards], NOISE, ())
     assert np.array_equal(after.amplitude[1], before.amplitude[1])
+
+
+def test_the_prior_is_of_states_that_vary_as_the_parts_do() -> None:
+    """Whole revolutions at one temperature say nothing of a warmer part: a degree away is no reason for a phase that
+    nobody knows.
+    """
+    warm = replace(turn(SLOW, 0.0), temperature=45.0)
+    at = np.array([[0.0, SLOW, 45.0]])
+    alone, together = calibrated(), calibrated(parts=[warm])
+    assert together.variance(at, np.ones(1))[0] < 0.1 * alone.variance(at, np.ones(1))[0]
+    # what the revolutions have shown is told alike
+    shown = np.array([[300.0, SPEEDS[0], 25.0]])
+    assert np.allclose(together.vectors(shown, np.ones(1)), alone.vectors(shown, np.ones(1)), atol=0.05e-6)

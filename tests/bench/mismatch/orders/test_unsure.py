@@ -93,3 +93,30 @@ def test_a_row_over_a_whole_wave_does_not_see_its_order() -> None:
     )
     everywhere = np.ones(ROWS, dtype=bool)
     assert unsure(alone, (), RATE, frame, np.full(ROWS, NOISE**2), everywhere) is None
+
+
+def test_a_series_learns_what_the_rows_say_of_its_directions() -> None:
+    series, frame = calibrated(), slow()
+    shared = unsure(series, (), RATE, frame, np.full(ROWS, NOISE**2), np.ones(ROWS, dtype=bool))
+    assert shared is not None
+    columns = shared.columns(frame)
+    true = drawn(series, np.random.default_rng(4))
+    error = true.evaluate(frame) - series.evaluate(frame)
+    precision = columns.T @ columns / NOISE**2 + np.eye(shared.size)
+    covariance = np.linalg.inv(precision)
+    learnt = shared.known(covariance @ columns.T @ error / NOISE**2, covariance)
+    left = true.evaluate(frame) - learnt.evaluate(frame)
+    assert np.sqrt(np.mean(left**2)) < 0.2 * np.sqrt(np.mean(error**2))
+    states, span = at(frame)
+    before, after = (one.variance(states, frame.last_direction, span) for one in (series, learnt))
+    assert np.mean(after) < 0.05 * np.mean(before)
+    assert np.all(after >= 0.0)
+
+
+def test_a_series_whose_directions_say_nothing_stays() -> None:
+    series, frame = calibrated(), slow()
+    shared = unsure(series, (), RATE, frame, np.full(ROWS, NOISE**2), np.ones(ROWS, dtype=bool))
+    assert shared is not None
+    same = shared.known(np.zeros(shared.size), np.eye(shared.size))
+    assert np.array_equal(same.amplitude[1], series.amplitude[1])
+    assert np.array_equal(same.covariance[1], series.covariance[1])
