@@ -78,6 +78,8 @@ def of_transmission(model: TransmissionModel, data: Dataset, seed: int, formulas
     if model.periodic is not plain:
         # a pulse or a law says what orders had said badly: the offset is what they leave now
         orders.offset_anew(model, seed)
+    # orders and laws are found as revolutions show them: a law has to say more than they do, and not than the offset
+    orders.learn(model, seed)
     offset = model.offset
     assert offset is not None
     slots = settle(offset)

@@ -50,8 +50,8 @@ SETTLINGS = 3
 FEWEST_CALIBRATED = 2
 """steady revolutions that may be fitted from which the series is calibrated; its prior and the steady parts of less
 than a revolution say the rest"""
-LEARNINGS = 4
-"""times that the offset is searched, as long as its rows still teach the series something"""
+LEARNINGS = 3
+"""times that the series learns from the offset's rows, which are searched anew, as long as it still does"""
 LEARNT = 0.5
 """size of what the offset's rows move the series by, over their noise, below which it is not searched again"""
 FOLLOWED = 2.0
@@ -160,18 +160,24 @@ def analyse(model: TransmissionModel, seed: int) -> TransmissionModel:
 
 
 def offset_anew(model: TransmissionModel, seed: int) -> None:
-    """Search what the model's periodic part leaves for what the offset lacks; what the offset's rows teach the series
-    is kept.
-    """
+    """Search what the model's periodic part leaves for what the offset lacks."""
+    periodic = model.periodic.evaluate(model.rows.frame) if model.periodic is not None else np.zeros(model.rows.size)
+    model.offset = None  # its bank would stand beside the next one's
+    model.offset = searched(_problem(model, model.rows.y - periodic), seed)
+
+
+def learn(model: TransmissionModel, seed: int) -> None:
+    """Keep what the offset's rows say of the series, and search the offset anew, as long as that moves the rows."""
     for _ in range(LEARNINGS):
-        periodic = np.zeros(model.rows.size) if model.periodic is None else model.periodic.evaluate(model.rows.frame)
-        model.offset = searched(_problem(model, model.rows.y - periodic), seed)
-        if model.periodic is None:
+        if model.periodic is None or model.offset is None:
             break
         series = _learnt(model, model.offset)
         if series is None:
             break
+        if model.plain is not None and not model.laws and model.periodic.laws == model.given.laws:
+            model.plain = series.less([f for f in series.orders if f not in model.plain.orders])
         model.periodic = replace(model.periodic, series=series)
+        offset_anew(model, seed)
 
 
 def _learnt(model: TransmissionModel, offset: Search) -> Series | None:
@@ -357,6 +363,9 @@ def _problem(model: TransmissionModel, y: FloatArray) -> ChannelProblem:
         # nothing; a series that is so everywhere still has a mean
         sure = usable & (doubt < _floor(model) ** 2)
         usable = sure if sure.any() else usable
+        # a direction in which no revolution was calibrated has all of its waves in the rows
+        calibrated = np.isin(np.sign(frame.last_direction), list(model.periodic.series.amplitude))
+        usable = usable & calibrated if (usable & calibrated).any() else usable
         noise = _floor(model) / float(np.sqrt(max(np.median(rows.number), 1.0)))
         quiet = usable & ~ringing(frame, rings_for(model.periodic.laws, model.periodic.series, noise))
         # a mode that would swing most of the time says nothing of when the offset may be compared

@@ -22,6 +22,8 @@ from bench.simulation.laws import Law, factor
 
 STEPS = 8
 """Gauss-Newton steps: phases that were extrapolated may be off by a good part of a radian"""
+HALVINGS = 4
+"""times that a step is halved which makes the posterior worse"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,26 +82,63 @@ def _refined(
         prior[block, block] = _inverse(of_order)
     basis = [series.scaling[side].monomials(p.state[None, :])[0] for p in parts]
     answer = [_answer(series, p, laws) for p in parts]
-    now = before.copy()
-    noise = np.full(len(parts), white**2)
-    factored = None
-    for _ in range(STEPS):
-        normal, right = prior.copy(), prior @ (before - now).ravel()
-        for part, b, by, variance in zip(parts, basis, answer, noise, strict=True):
-            vectors, step = _linear(now, b, by)
-            left = part.product - part.gram @ vectors
-            normal += step.T @ part.gram @ step / variance
-            right += step.T @ left / variance
-        factored = cho_factor(normal)
-        now = now + cho_solve(factored, right).reshape(orders, 20)
-        for row, (part, b, by) in enumerate(zip(parts, basis, answer, strict=True)):
-            vectors, _ = _linear(now, b, by)
+
+    def missed(point: FloatArray) -> FloatArray:
+        """Mean square of what a series leaves of each part."""
+        out = []
+        for part, b, by in zip(parts, basis, answer, strict=True):
+            vectors, _ = _linear(point, b, by)
             squares = part.squares - 2.0 * float(vectors @ part.product) + float(vectors @ part.gram @ vectors)
-            noise[row] = max(white**2, squares / part.number)
-    assert factored is not None
-    inverse = cho_solve(factored, np.eye(orders * 20))
+            out.append(max(squares, 0.0) / part.number)
+        return np.asarray(out)
+
+    def loss(point: FloatArray, squares: FloatArray) -> float:
+        """Negative logarithm of the posterior, the noise of each part at its likeliest, no less than ``white``."""
+        off = (point - before).ravel()
+        variance = np.maximum(squares, white**2)
+        number = np.array([part.number for part in parts])
+        return 0.5 * float(off @ prior @ off) + 0.5 * float(number @ (np.log(variance) + squares / variance))
+
+    def equations(point: FloatArray, noise: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Normal equations of a step from a series."""
+        normal, right = prior.copy(), prior @ (before - point).ravel()
+        for part, b, by, variance in zip(parts, basis, answer, noise, strict=True):
+            vectors, turning = _linear(point, b, by)
+            left = part.product - part.gram @ vectors
+            _add(normal, turning.T @ part.gram @ turning / variance, b)
+            right += ((turning.T @ left)[:, None] * b / variance).ravel()
+        return normal, right
+
+    now, squares = before.copy(), missed(before)
+    reached = loss(now, squares)
+    # a first step is taken as if the parts had no more than noise: what they have more is what the series misses
+    noise = np.full(len(parts), white**2)
+    for _ in range(STEPS):
+        normal, right = equations(now, noise)
+        step = cho_solve(cho_factor(normal), right).reshape(orders, 20)
+        for _ in range(HALVINGS):
+            tried = missed(now + step)
+            if loss(now + step, tried) < reached:
+                break
+            step = 0.5 * step
+        else:
+            break
+        now, squares = now + step, tried
+        reached = loss(now, squares)
+        noise = np.maximum(squares, white**2)
+    # what is left beyond noise is waves that the series misses, as long as the part: one reading for each of its numbers
+    rows = np.array([part.number for part in parts]) / (2.0 * orders)
+    normal, _ = equations(now, white**2 + np.maximum(squares - white**2, 0.0) * np.maximum(rows, 1.0))
+    inverse = cho_solve(cho_factor(normal), np.eye(orders * 20))
     covariance = np.stack([inverse[20 * k : 20 * k + 20, 20 * k : 20 * k + 20] for k in range(orders)])
     return now[:, :10].copy(), now[:, 10:].copy(), covariance
+
+
+def _add(normal: FloatArray, turning: FloatArray, basis: FloatArray) -> None:
+    """Add to normal equations (20K, 20K) those of amplitudes and phases (2K, 2K) at a state's monomials (10,)."""
+    size = basis.size
+    blocks = normal.reshape(len(turning), size, len(turning), size)
+    blocks += turning[:, None, :, None] * np.outer(basis, basis)[None, :, None, :]
 
 
 def _inverse(covariance: FloatArray) -> FloatArray:
@@ -119,14 +158,15 @@ def _answer(series: Series, part: _Part, laws: Sequence[Law]) -> np.ndarray:
 
 
 def _linear(now: FloatArray, basis: FloatArray, answer: np.ndarray) -> tuple[FloatArray, FloatArray]:
-    """Vectors (2K,) at a state, real parts then imaginary ones, and how they move with the coefficients (2K, 20K)."""
+    """Vectors (2K,) at a state, real parts then imaginary ones, and how they move with amplitude and phase of each
+    order there (2K, 2K).
+    """
     orders = len(now)
     amplitude, phase = now[:, :10] @ basis, now[:, 10:] @ basis
     rotation = np.exp(1j * phase) * answer
     vectors = amplitude * rotation
-    step = np.zeros((2 * orders, orders, 20))
+    turning = np.zeros((2 * orders, orders, 2))
     each = np.arange(orders)
-    of_amplitude, of_phase = rotation[:, None] * basis, (1j * vectors)[:, None] * basis
-    step[each, each, :10], step[each, each, 10:] = of_amplitude.real, of_phase.real
-    step[orders + each, each, :10], step[orders + each, each, 10:] = of_amplitude.imag, of_phase.imag
-    return np.concatenate([vectors.real, vectors.imag]), step.reshape(2 * orders, orders * 20)
+    for column, moves in enumerate((rotation, 1j * vectors)):
+        turning[each, each, column], turning[orders + each, each, column] = moves.real, moves.imag
+    return np.concatenate([vectors.real, vectors.imag]), turning.reshape(2 * orders, 2 * orders)

@@ -24,7 +24,7 @@ HIGHEST_BETWEEN = 600
 """order up to which such are looked for"""
 SHORTEST_REVOLUTION = 0.97 * 2.0 * np.pi
 """rad: a segment that falls short of a revolution by a smoothing window still counts"""
-LEAST_PART = 0.02 * 2.0 * np.pi
+LEAST_PART = 0.05 * 2.0 * np.pi
 """rad: a steady segment that turns less says next to nothing of most orders"""
 _NEIGHBOURS = 61
 """orders whose median tells the noise at an order"""

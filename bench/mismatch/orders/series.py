@@ -54,11 +54,15 @@ class Scaling:
     spread: FloatArray
 
     @classmethod
-    def of(cls, x: FloatArray) -> Scaling:
-        """Of states (n, 3): torque, velocity, temperature."""
+    def of(cls, x: FloatArray, parts: FloatArray) -> Scaling:
+        """Of states (n, 3) of revolutions: torque, velocity, temperature; those of ``parts`` (k, 3), however many there
+        are, lie within two spreads.
+        """
         least = np.maximum(LEAST_VARIED * np.max(np.abs(x), axis=0), LEAST_SPREADS)
         least[2] = LEAST_SPREADS[2]  # a temperature has no zero that means anything
-        return cls(x.mean(axis=0), np.maximum(x.std(axis=0), least))
+        centre = x.mean(axis=0)
+        farthest = np.max(np.abs(parts - centre), axis=0, initial=0.0)
+        return cls(centre, np.maximum(np.maximum(x.std(axis=0), least), 0.5 * farthest))
 
     def monomials(self, x: FloatArray) -> FloatArray:
         """The ten monomials (n, 10) of scaled states (n, 3), constant last."""
@@ -162,15 +166,14 @@ def calibrate(
     parts: Sequence[Revolution] = (),
 ) -> Series:
     """Fit amplitude and phase polynomials to ``vectors`` (revolutions, orders) whose components have ``noise``
-    (revolutions, orders). The prior is of states that vary as much as those of the revolutions and of ``parts``
-    together, which will refine them.
+    (revolutions, orders). The prior is of states that vary as far as those of the ``parts`` which will refine them.
 
     With a ``known`` series its prior stands and its coefficients are begun with; else both are learnt in some rounds.
     """
     x, direction = states(revolutions), directions(revolutions)
     sides = [s for s in (1, -1) if np.any(direction * s > 0)]
-    all_states, all_directions = states([*revolutions, *parts]), directions([*revolutions, *parts])
-    scalings = {side: Scaling.of(all_states[all_directions * side > 0]) for side in sides}
+    further, its_direction = states(parts), directions(parts)
+    scalings = {s: Scaling.of(x[direction * s > 0], further[its_direction * s > 0]) for s in sides}
     number = len(orders)
     amplitude = {s: np.zeros((number, 10)) for s in sides}
     phase = {s: np.zeros((number, 10)) for s in sides}
@@ -222,9 +225,8 @@ def _empirical_prior(found: FloatArray, determined: FloatArray) -> FloatArray:
     first = np.concatenate([FIRST_PRIOR, 1.5 * FIRST_PRIOR])
     first[[6, 7, 8, 15, 16, 17]] *= INTERPLAY
     for part in (slice(0, 9), slice(9, 18)):  # how much the amplitudes depend on anything, and the phases
-        first[part] *= np.sqrt(
-            squares[:, part].sum() / max(float(np.sum(determined[:, part] * first[part] ** 2)), 1e-9)
-        )
+        if determined[:, part].sum() >= 1.0:  # revolutions at one state do not say
+            first[part] *= np.sqrt(squares[:, part].sum() / float(np.sum(determined[:, part] * first[part] ** 2)))
     usual = np.sqrt((squares.sum(axis=0) + BEFOREHAND * first**2) / (determined.sum(axis=0) + BEFOREHAND))
     return np.asarray(np.clip(usual, LEAST_SPREAD, LARGEST_SPREAD))
 

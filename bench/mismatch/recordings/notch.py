@@ -177,9 +177,9 @@ def notched(
         chosen[np.flatnonzero(chosen)[np.arange(int(chosen.sum())) % (chosen.sum() // _ENOUGH) != 0]] = False
     frequencies = np.asarray(orders, dtype=np.float64)
     line: FloatArray = np.linspace(-1.0, 1.0, angle.size)
-    slow = np.vstack([np.ones(angle.size), direction, line, *beside])
+    slow = np.vstack([np.ones(int(chosen.sum())), *(x[chosen] for x in (direction, line, *beside))])
     slow /= np.maximum(np.abs(slow).max(axis=1, keepdims=True), 1e-300)
-    normal, right = _products(angle[chosen], torque[chosen], slow[:, chosen], frequencies)
+    normal, right = _products(angle[chosen], torque[chosen], slow, frequencies)
     normal[np.diag_indices_from(normal)] *= 1.0 + 1e-9
     beta: FloatArray = np.asarray(np.linalg.lstsq(normal, right, rcond=1e-12)[0], dtype=np.float64)
     cosine, sine = (beta[k : 2 * frequencies.size : 2] for k in (0, 1))

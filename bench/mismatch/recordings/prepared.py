@@ -171,9 +171,11 @@ def prepare(
         chosen = _quieter(q_acceleration, acceleration / ratio)
         count = count_of(recording)
         by_itself = chosen is q_acceleration
-        left = q - smoothed(q, rate, WIDER * span, whole)[0]
-        q_acceleration = chosen + shaken(q, left, q_rate, turning, rate, span, count, by_itself)
+        left, of_motor = (x - smoothed(x, rate, WIDER * span, whole)[0] for x in (q, theta))
+        beside = None if by_itself else of_motor
+        q_acceleration = chosen + shaken(q, left, q_rate, turning, rate, span, count, beside)
     direction, last = directions(omega, manner.standstill)
+    slow = [_evened(x, whole, steady) for x in (omega, acceleration, q_acceleration)]
     reversal_travel, reversal_time, reversed_before = since_change(theta, time, direction, last)
 
     load_motor = signals.mean("load_motor_torque")
@@ -181,7 +183,7 @@ def prepare(
     taken: dict[str, FloatArray] = {}
     if "load_torque" in signals:
         taken["load_torque"] = notched(
-            q, load_torque - load_motor, direction, signals.wild("load_torque"), folder.notch, [q_acceleration]
+            q, load_torque - load_motor, direction, signals.wild("load_torque"), folder.notch, slow[2:]
         )
         load_torque = load_torque - taken["load_torque"]
     # a bench without torque sensor takes what the load motor reports, or else what was asked for
@@ -206,9 +208,7 @@ def prepare(
     if "motor_torque" in signals and "load_torque" in signals:  # without it there is no load motor to ripple
         # the ripple acts on the gearbox, so the input motor sees it through the ratio
         wild = signals.wild("motor_torque")
-        taken["motor_torque"] = notched(
-            q, motor_torque - torque / ratio, direction, wild, folder.notch, [omega, acceleration]
-        )
+        taken["motor_torque"] = notched(q, motor_torque - torque / ratio, direction, wild, folder.notch, slow[:2])
         motor_torque = motor_torque - taken["motor_torque"]
     # without a thermometer nothing can depend on temperature: the value to which the nominal terms are referred
     temperature = signals.mean("temperature") if "temperature" in signals else np.full(n, criteria.REFERENCE_CELSIUS)
@@ -271,6 +271,17 @@ def _quieter(one: FloatArray, other: FloatArray) -> FloatArray:
         return one
     noise, of_other = (float(np.median(np.abs(np.diff(x)))) for x in (one, other))
     return one if noise <= of_other else other
+
+
+def _evened(values: FloatArray, pieces: Sequence[slice], steady: FloatArray) -> FloatArray:
+    """A speed or an acceleration (n,) with its mean in steady motion: what it does there is noise, a control loop's
+    answer to a ripple among it, and says nothing of a ripple.
+    """
+    out = values.copy()
+    for piece in pieces or [slice(0, values.size)]:
+        if np.all(steady[piece] > 0.5):
+            out[piece] = values[piece].mean()
+    return out
 
 
 def _auxiliary(signals: _Signals, rate: float, span: float, whole: Sequence[slice]) -> dict[str, FloatArray]:

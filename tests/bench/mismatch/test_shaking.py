@@ -25,15 +25,26 @@ def noise(seed: int) -> FloatArray:
     return np.random.default_rng(seed).normal(0.0, NOISE, SIZE)
 
 
+def left(angle: FloatArray) -> FloatArray:
+    """What the wider window leaves of an angle (n,)."""
+    return np.asarray(angle - local_quadratic(angle, RATE, WIDER * SPAN)[0])
+
+
 def acceleration(
-    error: FloatArray, speed: float, pieces: list[slice], count: float = 0.0, smoothed: bool = True
+    error: FloatArray,
+    speed: float,
+    pieces: list[slice],
+    count: float = 0.0,
+    smoothed: bool = True,
+    motor: FloatArray | float = 0.0,
 ) -> FloatArray:
-    """What the pieces' shaking adds to a smoothed acceleration, where it is, of a motion with an error."""
-    curve = local_quadratic(error, RATE, SPAN)[2]
-    value = local_quadratic(error, RATE, WIDER * SPAN)[0]
-    speeds = np.full(SIZE, speed)
-    added = shaken(speed * TIME, error - value, speeds, pieces, RATE, SPAN, count, smoothed)
-    return added + curve if smoothed else added
+    """A smoothed acceleration of a motion with an error, and what the pieces' shaking adds: that of the load, or else
+    that of the motor, which moves by ``motor`` (n,) beside the even speed.
+    """
+    alone = np.zeros(SIZE) + motor
+    curve = local_quadratic(alone + error if smoothed else alone, RATE, SPAN)[2]
+    beside = None if smoothed else left(alone)
+    return curve + shaken(speed * TIME, left(alone + error), np.full(SIZE, speed), pieces, RATE, SPAN, count, beside)
 
 
 def rms(values: FloatArray) -> float:
@@ -47,6 +58,16 @@ def test_a_wave_has_the_acceleration_of_its_order_and_the_speed(speed: float, sm
     true = -((ORDER * speed) ** 2) * wave(speed)
     found = acceleration(wave(speed) + noise(1), speed, WHOLE, smoothed=smoothed)
     assert rms((found - true)[100:-100]) < 0.12 * rms(true)
+
+
+@pytest.mark.parametrize("smoothed", [True, False])
+def test_what_both_shafts_do_together_counts_once(smoothed: bool) -> None:
+    """A drive that hunts at five hertz takes both shafts with it."""
+    hertz, size = 5.0, 40e-6
+    hunting = size * np.sin(2.0 * np.pi * hertz * TIME)
+    true = -((2.0 * np.pi * hertz) ** 2) * hunting
+    found = acceleration(noise(6), 0.9, WHOLE, smoothed=smoothed, motor=hunting)
+    assert rms((found - true)[200:-200]) < 0.2 * rms(true)
 
 
 def test_noise_alone_shakes_nothing() -> None:
@@ -75,14 +96,13 @@ def test_a_wave_of_less_than_half_a_count_of_the_encoder_is_none() -> None:
 def test_a_coarse_encoder_in_even_motion_shakes_nothing() -> None:
     count = 2.0 * np.pi / 2**17
     read = np.round((0.9 * TIME + 0.1 * count * noise(4) / NOISE) / count) * count
-    value = local_quadratic(read, RATE, WIDER * SPAN)[0]
-    assert not shaken(read, read - value, np.full(SIZE, 0.9), WHOLE, RATE, SPAN, count).any()
+    assert not shaken(read, left(read), np.full(SIZE, 0.9), WHOLE, RATE, SPAN, count).any()
 
 
 def test_a_piece_with_a_value_that_is_no_number_is_not_looked_at() -> None:
-    left = wave(0.9) + noise(3)
-    left[1000] = np.nan
-    assert not shaken(0.9 * TIME, left, np.full(SIZE, 0.9), WHOLE, RATE, SPAN).any()
+    broken = wave(0.9) + noise(3)
+    broken[1000] = np.nan
+    assert not shaken(0.9 * TIME, broken, np.full(SIZE, 0.9), WHOLE, RATE, SPAN).any()
 
 
 def test_where_nothing_turns_nothing_is_shaken() -> None:

@@ -101,3 +101,32 @@ def test_the_prior_is_of_states_that_vary_as_the_parts_do() -> None:
     # what the revolutions have shown is told alike
     shown = np.array([[300.0, SPEEDS[0], 25.0]])
     assert np.allclose(together.vectors(shown, np.ones(1)), alone.vectors(shown, np.ones(1)), atol=0.05e-6)
+
+
+def test_many_parts_move_the_prior_no_more_than_one() -> None:
+    one = calibrated(parts=[turn(SLOW, 0.0)])
+    many = calibrated(parts=[turn(SLOW, 0.0)] * 200)
+    assert np.array_equal(one.scaling[1].centre, many.scaling[1].centre)
+    assert np.array_equal(one.scaling[1].spread, many.scaling[1].spread)
+
+
+def test_parts_that_no_step_explains_leave_the_series_no_worse() -> None:
+    """A phase that is off by more than a step can turn."""
+    before = calibrated()
+    rows, y = half()
+    wrong = replace(before, phase={1: before.phase[1] + 2.0 * (np.arange(10) == 9)})
+    part = turn(SLOW, 0.0, slice(0, HALF))
+    after = refined(wrong, rows, y, [part], NOISE, ())
+
+    def left(series: Series) -> float:
+        frame = rows.frame.take(part.rows)
+        free = np.column_stack([np.ones(HALF), frame.theta])
+        off = y - series.evaluate(frame)
+        return float(np.std(off - free @ np.linalg.lstsq(free, off, rcond=None)[0]))
+
+    assert left(after) <= left(wrong)
+    # and what is left says how little the part has told
+    assert (
+        after.variance(np.array([[0.0, SLOW, 25.0]]), np.ones(1))[0]
+        > 0.5 * before.variance(np.array([[0.0, SLOW, 25.0]]), np.ones(1))[0]
+    )
