@@ -28,7 +28,7 @@ def model_of(training_revolutions: Any, data: Amplitudes) -> TransmissionModel:
     return cast(
         "Any",
         SimpleNamespace(
-            seen=seen, training_revolutions=training_revolutions, train=train, given=given, periodic=periodic
+            parts=(), seen=seen, training_revolutions=training_revolutions, train=train, given=given, periodic=periodic
         ),
     )
 
