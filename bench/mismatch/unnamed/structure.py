@@ -17,6 +17,7 @@ from bench.mismatch import criteria
 from bench.mismatch.discovery import UNKNOWN, UNNAMED, ChannelOutcome, Discovery, Structure
 from bench.mismatch.recordings.rows import settled_rows
 from bench.mismatch.recordings.vibration import Density
+from bench.mismatch.regression.candidates import PATH
 from bench.mismatch.regression.maxima import tail_probability
 from bench.mismatch.regression.model import explained, of_start, unrefined
 from bench.mismatch.regression.pruning import shuffled
@@ -154,10 +155,13 @@ def _counts(loud: Bursts, outcome: ChannelOutcome, search: Search) -> bool:
 
 def _named_there(outcome: ChannelOutcome, loud: Bursts, rows: int) -> float:
     """Root mean square of what the names of a channel with ``rows`` rows add where blocks are loud, beyond the
-    calibrated simulation; 0 in the transmission error, whose rows are others.
+    calibrated simulation; 0 in the transmission error, whose rows are others. A loop counts whole: what it is like where
+    a recording begins nothing tells, so that it may be off by all of itself until it is turned.
     """
     named = [d for d in outcome.discoveries if d.status != UNKNOWN]
-    beyond = [d.added if d.excess is None else d.excess for d in named]
+    beyond = [
+        (d.added if d.excess is None else d.excess) / (criteria.SHAPE if PATH in d.variables else 1.0) for d in named
+    ]
     return float(np.sqrt(sum(np.mean(values[loud.rows] ** 2) for values in beyond if values.size == rows)))
 
 

@@ -28,7 +28,8 @@ from bench.simulation.quantities import factor
 FACTORS = ("1", "d")
 """what the jumps may be multiplied with: nothing, or the direction, as friction is"""
 FEWEST_JUMPS = 10.0
-"""jumps in the campaign below which nobody can say that they come at random: of so many a rate is known to a third"""
+"""jumps up and down in the campaign below which nobody can say that they come at random: of so many their rate is known
+to a third"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +89,7 @@ def _look(pieces: Pieces, least: float) -> tuple[Chain, float] | None:
         if ratios[-1] is None:
             return None
     whole = fitted_chain(pieces)
-    if whole is None or not whole.lasting or jumps_up(pieces, whole) < FEWEST_JUMPS:
+    if whole is None or not whole.lasting or 2.0 * jumps_up(pieces, whole) < FEWEST_JUMPS:
         return None
     e_value = float(logsumexp(np.array(ratios, dtype=np.float64)) - np.log(2.0))
     return whole, float(np.exp(-max(e_value, 0.0)))

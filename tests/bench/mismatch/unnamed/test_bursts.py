@@ -83,8 +83,10 @@ def test_what_comes_just_before_a_reversal_is_no_burst() -> None:
     assert looked(1, 6.0, KNOCK, replace(QUICK, steady=steady), 0.1).rows.size == 0
 
 
-def counted(size: float, rows: int, named: float = 0.0) -> bool:
-    """Whether ``rows`` of 40 000 that are ``size`` times the noise off count, where a name adds ``named`` times it."""
+def counted(size: float, rows: int, named: float = 0.0, variables: tuple[str, ...] = ()) -> bool:
+    """Whether ``rows`` of 40 000 that are ``size`` times the noise off count, where a name of some ``variables`` adds
+    ``named`` times it.
+    """
     frame = SimpleNamespace()
     y = np.zeros(40_000)
     y[:rows] = size * SIGMA
@@ -92,7 +94,7 @@ def counted(size: float, rows: int, named: float = 0.0) -> bool:
     problem_of = SimpleNamespace(rows=rows_of, train=y >= 0.0, spec=SimpleNamespace(integral=False))
     model = SimpleNamespace(problem=problem_of, blocks=list, predict=lambda _: np.zeros(y.size))
     search: Any = SimpleNamespace(model=model)
-    name = SimpleNamespace(status="named", added=np.full(y.size, named * SIGMA), excess=None)
+    name = SimpleNamespace(status="named", added=np.full(y.size, named * SIGMA), excess=None, variables=variables)
     outcome: Any = SimpleNamespace(floor=SIGMA, discoveries=[name])
     return _counts(Bursts(np.arange(rows), 1e-4, 3.0), outcome, search)
 
@@ -100,6 +102,12 @@ def counted(size: float, rows: int, named: float = 0.0) -> bool:
 @pytest.mark.parametrize(("named", "counts"), [(0.0, True), (8.0, True), (15.0, False)])
 def test_loud_rows_that_the_form_of_a_name_may_leave_are_no_burst(named: float, counts: bool) -> None:
     assert counted(2.3, 20, named) is counts
+
+
+@pytest.mark.parametrize(("named", "counts"), [(2.0, True), (3.0, False)])
+def test_loud_rows_are_no_burst_where_a_loop_may_be_off_by_all_of_itself(named: float, counts: bool) -> None:
+    """Until it is turned nothing tells where in its loop a recording began."""
+    assert counted(2.3, 20, named, ("torque_path",)) is counts
 
 
 @pytest.mark.parametrize(
