@@ -167,7 +167,10 @@ def offset_anew(model: TransmissionModel, seed: int) -> None:
 
 
 def learn(model: TransmissionModel, seed: int) -> None:
-    """Keep what the offset's rows say of the series, and search the offset anew, as long as that moves the rows."""
+    """Keep what the offset's rows say of the series, and search the offset anew, as long as that moves the rows. The
+    rows are the same then, and say no more of how sure the series is.
+    """
+    covariance = None
     for _ in range(LEARNINGS):
         if model.periodic is None or model.offset is None:
             break
@@ -176,8 +179,11 @@ def learn(model: TransmissionModel, seed: int) -> None:
             break
         if model.plain is not None and not model.laws and model.periodic.laws == model.given.laws:
             model.plain = series.less([f for f in series.orders if f not in model.plain.orders])
+        covariance = series.covariance if covariance is None else covariance
         model.periodic = replace(model.periodic, series=series)
         offset_anew(model, seed)
+    if model.periodic is not None and covariance is not None:
+        model.periodic = replace(model.periodic, series=replace(model.periodic.series, covariance=covariance))
 
 
 def _learnt(model: TransmissionModel, offset: Search) -> Series | None:

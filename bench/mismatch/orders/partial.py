@@ -126,7 +126,7 @@ def _refined(
         now, squares = now + step, tried
         reached = loss(now, squares)
         noise = np.maximum(squares, white**2)
-    # what is left beyond noise is waves that the series misses, as long as the part: one reading for each of its numbers
+    # what is left beyond noise is waves that the series misses, as long as the part: a reading for each of its numbers
     rows = np.array([part.number for part in parts]) / (2.0 * orders)
     normal, _ = equations(now, white**2 + np.maximum(squares - white**2, 0.0) * np.maximum(rows, 1.0))
     inverse = cho_solve(cho_factor(normal), np.eye(orders * 20))

@@ -155,8 +155,8 @@ def _counts(loud: Bursts, outcome: ChannelOutcome, search: Search) -> bool:
 
 def _named_there(outcome: ChannelOutcome, loud: Bursts, rows: int) -> float:
     """Root mean square of what the names of a channel with ``rows`` rows add where blocks are loud, beyond the
-    calibrated simulation; 0 in the transmission error, whose rows are others. A loop counts whole: what it is like where
-    a recording begins nothing tells, so that it may be off by all of itself until it is turned.
+    calibrated simulation; 0 in the transmission error, whose rows are others. A loop counts whole: what it is like
+    where a recording begins nothing tells, so that it may be off by all of itself until it is turned.
     """
     named = [d for d in outcome.discoveries if d.status != UNKNOWN]
     beyond = [
