@@ -122,15 +122,14 @@ def search(
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """The training revolutions, their residual vectors over their own level ``scale`` (revolutions,), the ``shape`` of
-    the noise over the order (orders,), and the factors of each of :data:`MODELS` at the revolutions.
+    """The training revolutions, their residual vectors over their own level ``scale`` (revolutions,), and the ``shape``
+    of the noise over the order (orders,).
     """
 
     revolutions: tuple[Revolution, ...]
     vectors: Complex
     scale: FloatArray
     shape: FloatArray
-    designs: tuple[FloatArray, ...]
 
     @classmethod
     def of(cls, seen: Seen, revolutions: Sequence[Revolution], train: NDArray[np.bool_]) -> Stage | None:
@@ -141,8 +140,7 @@ class Stage:
         sigma = seen.sigma[train]
         shape = np.median(sigma, axis=0)
         scale = np.median(sigma / shape, axis=1)
-        designs = tuple(design(model, trained) for model in MODELS)
-        return cls(trained, seen.left[train] / scale[:, None], scale, shape, designs)
+        return cls(trained, seen.left[train] / scale[:, None], scale, shape)
 
     def gains_of(self, vectors: Complex, shape: FloatArray) -> FloatArray:
         """Gain (orders,) of orders that are not the stage's own, whose noise has the ``shape`` (orders,)."""
@@ -153,8 +151,8 @@ class Stage:
         energy = np.sum(np.abs(vectors) ** 2, axis=0)
         best = np.full(vectors.shape[1], -np.inf)
         which = np.zeros(vectors.shape[1], dtype=np.int64)
-        for number, factors in enumerate(self.designs):
-            basis = _basis(factors / self.scale[:, None])
+        for number, model in enumerate(MODELS):
+            basis = _basis(design(model, self.revolutions) / self.scale[:, None])
             if len(self.revolutions) < 2 * basis.shape[1] + 2:
                 continue
             gain = gain_of(energy, _left_out(basis, vectors), len(self.revolutions), self.shape)
