@@ -77,14 +77,14 @@ def test_spikes_and_heavy_tails_are_no_telegraph(seed: int) -> None:
 
 
 def test_a_few_jumps_up_and_as_many_down_are_enough() -> None:
-    """A jump in every second recording, in neighbours by turns: six up and six down in the campaign."""
+    """A jump in two recordings of three: eight up and eight down in the campaign."""
 
     def jumping(recordings: list[int]) -> FloatArray:
         changes = np.zeros(FRAME.size, dtype=bool)
         changes[[EACH * number + EACH // 2 for number in recordings]] = True
         return (np.cumsum(changes) % 2).astype(np.float64)
 
-    found = looked(HEIGHT * jumping([4 * k + j for k in range(6) for j in (0, 1)]) + white(0))
+    found = looked(HEIGHT * jumping([number for number in range(24) if number % 3]) + white(0))
     assert found is not None
     assert found.p_value < criteria.ERROR_RATE_OF_A_CHANNEL
     assert looked(HEIGHT * jumping([0, 5, 12, 17]) + white(0)) is None
