@@ -34,8 +34,8 @@ STEPS = 4.0
 """steps while the phase of an order runs off by a revolution between the first revolution and the last"""
 MOST_STEPS = 256
 """to either side of a part of an order: enough for some 1500 revolutions"""
-FARTHEST = 3.0
-"""parts of an order to either side within which a found order may stand elsewhere: recordings begin where the last one
+FARTHEST = 6.0
+"""times :data:`NEXT` to either side within which a found order may stand elsewhere: recordings begin where the last one
 ended, in groups, and at an order that is off by one over the groups' distance the phases are nearly alike
 """
 LEAKS = 1.5
@@ -134,7 +134,7 @@ class Path:
 
     @classmethod
     def of(cls, seen: Seen, train: NDArray[np.bool_], farther: float = 1.0) -> Path:
-        """The path of the training revolutions; steps to ``farther`` times half a part of an order to either side."""
+        """The path of the training revolutions; steps to ``farther`` times :data:`NEXT` to either side."""
         theta = [rest.theta for rest, trained in zip(seen.rest, train, strict=True) if trained]
         span = (max(float(t.max()) for t in theta) - min(float(t.min()) for t in theta)) / (2.0 * np.pi)
         step = 1.0 / (STEPS * max(span, 1.0))

@@ -38,7 +38,7 @@ def moved(
     whole = Stage.of(seen, revolutions, train)
     if whole is None:
         return {}
-    path = Path.of(seen, train, 2.0 * FARTHEST)
+    path = Path.of(seen, train, FARTHEST)
     out = {}
     for order in filter(is_between, found):
         one = _alone(whole, seen, train, order)

@@ -28,8 +28,8 @@ from bench.mismatch.orders.law_scores import (
     whitened,
 )
 from bench.mismatch.orders.lowest import lowest
-from bench.mismatch.orders.model import TransmissionModel
-from bench.mismatch.orders.series import Series, calibrate
+from bench.mismatch.orders.model import TransmissionModel, calibrated_by
+from bench.mismatch.orders.series import Series
 from bench.mismatch.regression.maxima import tail, tail_rate
 from bench.simulation.frame import FloatArray
 from bench.simulation.laws import RESONANCE, Law, factor
@@ -178,10 +178,7 @@ def _strengths(model: TransmissionModel, data: Amplitudes, law: Law) -> tuple[La
 
 def calibrated_under(model: TransmissionModel, data: Amplitudes, law: Law) -> Series:
     """The series calibrated under a law."""
-    answer = factor(law, data.x, data.time, data.orders)
-    return calibrate(
-        model.training_revolutions, data.vectors / answer, data.sigma / np.abs(answer), data.orders, parts=model.parts
-    )
+    return calibrated_by(model, data.vectors, data.sigma, data.orders, factor(law, data.x, data.time, data.orders))
 
 
 def joined(whole: Series, part: Series) -> Series:

@@ -20,6 +20,7 @@ from bench.mismatch.orders.periodic import Periodic
 from bench.mismatch.orders.revolutions import (
     LEAST_PART,
     SHORTEST_REVOLUTION,
+    Complex,
     Revolution,
     Seen,
     found_in,
@@ -315,13 +316,21 @@ def calibrate_all(model: TransmissionModel, now: Seen, known: Sequence[float], f
     model.seen = now
 
     def under(laws: tuple[Law, ...], waves: tuple[WeakOrder, ...]) -> Periodic:
-        by = passed(laws, revolutions, polynomial)
-        series = calibrate(revolutions, vectors / by, noise / np.abs(by), polynomial, parts=model.parts)
+        series = calibrated_by(model, vectors, noise, polynomial, passed(laws, revolutions, polynomial))
         return with_parts(model, Periodic(series, waves, laws=laws))
 
     model.periodic = under((*model.given.laws, *model.laws), alone)
     given = under(model.given.laws, alone) if model.laws else model.periodic
     model.plain = given.series.less([f for f in polynomial if f not in known])
+
+
+def calibrated_by(
+    model: TransmissionModel, vectors: Complex, noise: FloatArray, orders: Sequence[float], by: Complex
+) -> Series:
+    """The series of ``vectors`` (revolutions, orders) of the training revolutions whose components have ``noise``,
+    before something multiplies them ``by`` a response (revolutions, orders).
+    """
+    return calibrate(model.training_revolutions, vectors / by, noise / np.abs(by), orders, model.parts)
 
 
 def with_parts(model: TransmissionModel, periodic: Periodic) -> Periodic:

@@ -18,9 +18,9 @@ from scipy.linalg import solve_triangular
 from bench.mismatch import criteria
 from bench.mismatch.orders.law_scores import PRIOR_REVOLUTIONS, Amplitudes, resonances, stacked, tangent, unusual
 from bench.mismatch.orders.lowest import lowest
-from bench.mismatch.orders.model import TransmissionModel
+from bench.mismatch.orders.model import TransmissionModel, calibrated_by
 from bench.mismatch.orders.revolutions import Complex
-from bench.mismatch.orders.series import FIRST_PRIOR, Series, calibrate
+from bench.mismatch.orders.series import FIRST_PRIOR, Series
 from bench.simulation.frame import FloatArray
 from bench.simulation.laws import EACH, RESONANCE, Law, resonant
 
@@ -179,14 +179,7 @@ def refined(
 
     def under(point: FloatArray, touched: NDArray[np.bool_]) -> Amplitudes:
         answer = np.where(touched[None, :], resonant(begin.form, data.frequency, clipped(point)), 1.0)
-        series = calibrate(
-            model.training_revolutions,
-            data.vectors / answer,
-            data.sigma / np.abs(answer),
-            data.orders,
-            parts=model.parts,
-        )
-        return replace(data, series=series)
+        return replace(data, series=calibrated_by(model, data.vectors, data.sigma, data.orders, answer))
 
     plain = _losses(data, _Freedom.of(data), begin.form, _NOTHING)
     touched = np.ones(len(data.orders), dtype=bool)

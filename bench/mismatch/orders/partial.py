@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
-from bench.mismatch.orders.revolutions import Revolution
+from bench.mismatch.orders.revolutions import Complex, Revolution
 from bench.mismatch.orders.series import Series
 from bench.mismatch.recordings.rows import Rows
 from bench.simulation.frame import FloatArray
@@ -74,64 +74,86 @@ def _refined(
     series: Series, side: int, parts: Sequence[_Part], white: float, laws: Sequence[Law]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Amplitude, phase and covariance of one direction after the parts."""
-    orders = len(series.orders)
-    before = np.concatenate([series.amplitude[side], series.phase[side]], axis=1)
-    prior = np.zeros((orders * 20, orders * 20))
-    for k, of_order in enumerate(series.covariance[side]):
-        block = slice(20 * k, 20 * k + 20)
-        prior[block, block] = _inverse(of_order)
-    basis = [series.scaling[side].monomials(p.state[None, :])[0] for p in parts]
-    answer = [_answer(series, p, laws) for p in parts]
-
-    def missed(point: FloatArray) -> FloatArray:
-        """Mean square of what a series leaves of each part."""
-        out = []
-        for part, b, by in zip(parts, basis, answer, strict=True):
-            vectors, _ = _linear(point, b, by)
-            squares = part.squares - 2.0 * float(vectors @ part.product) + float(vectors @ part.gram @ vectors)
-            out.append(max(squares, 0.0) / part.number)
-        return np.asarray(out)
+    posterior = _Posterior.of(series, side, parts, laws)
+    number = np.array([part.number for part in parts])
+    orders, noise = len(series.orders), np.full(len(parts), white**2)
 
     def loss(point: FloatArray, squares: FloatArray) -> float:
         """Negative logarithm of the posterior, the noise of each part at its likeliest, no less than ``white``."""
-        off = (point - before).ravel()
         variance = np.maximum(squares, white**2)
-        number = np.array([part.number for part in parts])
-        return 0.5 * float(off @ prior @ off) + 0.5 * float(number @ (np.log(variance) + squares / variance))
+        return posterior.strain(point) + 0.5 * float(number @ (np.log(variance) + squares / variance))
 
-    def equations(point: FloatArray, noise: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Normal equations of a step from a series."""
-        normal, right = prior.copy(), prior @ (before - point).ravel()
-        for part, b, by, variance in zip(parts, basis, answer, noise, strict=True):
-            vectors, turning = _linear(point, b, by)
-            left = part.product - part.gram @ vectors
-            _add(normal, turning.T @ part.gram @ turning / variance, b)
-            right += ((turning.T @ left)[:, None] * b / variance).ravel()
-        return normal, right
-
-    now, squares = before.copy(), missed(before)
+    now, squares = posterior.before, posterior.missed(posterior.before)
     reached = loss(now, squares)
     # a first step is taken as if the parts had no more than noise: what they have more is what the series misses
-    noise = np.full(len(parts), white**2)
     for _ in range(STEPS):
-        normal, right = equations(now, noise)
+        normal, right = posterior.equations(now, noise)
         step = cho_solve(cho_factor(normal), right).reshape(orders, 20)
         for _ in range(HALVINGS):
-            tried = missed(now + step)
-            if loss(now + step, tried) < reached:
+            tried = posterior.missed(now + step)
+            likely = loss(now + step, tried)
+            if likely < reached:
                 break
             step = 0.5 * step
         else:
             break
-        now, squares = now + step, tried
-        reached = loss(now, squares)
+        now, squares, reached = now + step, tried, likely
         noise = np.maximum(squares, white**2)
     # what is left beyond noise is waves that the series misses, as long as the part: a reading for each of its numbers
-    rows = np.array([part.number for part in parts]) / (2.0 * orders)
-    normal, _ = equations(now, white**2 + np.maximum(squares - white**2, 0.0) * np.maximum(rows, 1.0))
+    rows = np.maximum(number / (2.0 * orders), 1.0)
+    normal, _ = posterior.equations(now, white**2 + np.maximum(squares - white**2, 0.0) * rows)
     inverse = cho_solve(cho_factor(normal), np.eye(orders * 20))
     covariance = np.stack([inverse[20 * k : 20 * k + 20, 20 * k : 20 * k + 20] for k in range(orders)])
     return now[:, :10].copy(), now[:, 10:].copy(), covariance
+
+
+@dataclass(frozen=True, slots=True)
+class _Posterior:
+    """What a direction's coefficients (K, 20) were ``before`` the ``parts``, with the precision of these (20K, 20K);
+    and of each part the monomials (10,) of its state and what laws multiply the orders' vectors by (K,).
+    """
+
+    before: FloatArray
+    precision: FloatArray
+    parts: Sequence[_Part]
+    basis: Sequence[FloatArray]
+    answer: Sequence[Complex]
+
+    @classmethod
+    def of(cls, series: Series, side: int, parts: Sequence[_Part], laws: Sequence[Law]) -> _Posterior:
+        """Of one direction of a series."""
+        before = np.concatenate([series.amplitude[side], series.phase[side]], axis=1)
+        precision = np.zeros((before.size, before.size))
+        for k, of_order in enumerate(series.covariance[side]):
+            block = slice(20 * k, 20 * k + 20)
+            precision[block, block] = _inverse(of_order)
+        basis = [series.scaling[side].monomials(p.state[None, :])[0] for p in parts]
+        return cls(before, precision, parts, basis, [_answer(series, p, laws) for p in parts])
+
+    def strain(self, point: FloatArray) -> float:
+        """Half of the square of how far some coefficients are from what they were, in standard deviations."""
+        off = (point - self.before).ravel()
+        return 0.5 * float(off @ self.precision @ off)
+
+    def missed(self, point: FloatArray) -> FloatArray:
+        """Mean square of what some coefficients leave of each part."""
+        out = []
+        for part, basis, answer in zip(self.parts, self.basis, self.answer, strict=True):
+            vectors = _stacked(_vectors(point, basis, answer)[1])
+            squares = part.squares - 2.0 * float(vectors @ part.product) + float(vectors @ part.gram @ vectors)
+            out.append(max(squares, 0.0) / part.number)
+        return np.asarray(out)
+
+    def equations(self, point: FloatArray, noise: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Normal equations of a step from some coefficients; ``noise`` (parts,): variance of a row."""
+        normal, right = self.precision.copy(), self.precision @ (self.before - point).ravel()
+        for part, basis, answer, variance in zip(self.parts, self.basis, self.answer, noise, strict=True):
+            rotation, vectors = _vectors(point, basis, answer)
+            turning = _turning(rotation, vectors)
+            left = part.product - part.gram @ _stacked(vectors)
+            _add(normal, turning.T @ part.gram @ turning / variance, basis)
+            right += ((turning.T @ left)[:, None] * basis / variance).ravel()
+        return normal, right
 
 
 def _add(normal: FloatArray, turning: FloatArray, basis: FloatArray) -> None:
@@ -149,7 +171,7 @@ def _inverse(covariance: FloatArray) -> FloatArray:
     return np.asarray(inner / np.outer(spread, spread))
 
 
-def _answer(series: Series, part: _Part, laws: Sequence[Law]) -> np.ndarray:
+def _answer(series: Series, part: _Part, laws: Sequence[Law]) -> Complex:
     """What the laws multiply the orders' vectors by in a part (K,)."""
     out = np.ones(len(series.orders), dtype=np.complex128)
     for law in laws:
@@ -157,16 +179,22 @@ def _answer(series: Series, part: _Part, laws: Sequence[Law]) -> np.ndarray:
     return out
 
 
-def _linear(now: FloatArray, basis: FloatArray, answer: np.ndarray) -> tuple[FloatArray, FloatArray]:
-    """Vectors (2K,) at a state, real parts then imaginary ones, and how they move with amplitude and phase of each
-    order there (2K, 2K).
-    """
-    orders = len(now)
-    amplitude, phase = now[:, :10] @ basis, now[:, 10:] @ basis
-    rotation = np.exp(1j * phase) * answer
-    vectors = amplitude * rotation
+def _vectors(point: FloatArray, basis: FloatArray, answer: Complex) -> tuple[Complex, Complex]:
+    """How the orders' vectors (K,) move with their amplitudes at a state, and these vectors."""
+    rotation = np.exp(1j * (point[:, 10:] @ basis)) * answer
+    return rotation, (point[:, :10] @ basis) * rotation
+
+
+def _stacked(vectors: Complex) -> FloatArray:
+    """Real parts of vectors (K,), then imaginary ones (2K,)."""
+    return np.concatenate([vectors.real, vectors.imag])
+
+
+def _turning(rotation: Complex, vectors: Complex) -> FloatArray:
+    """How stacked vectors (2K,) move with amplitude and phase of each order (2K, 2K)."""
+    orders = vectors.size
     turning = np.zeros((2 * orders, orders, 2))
     each = np.arange(orders)
     for column, moves in enumerate((rotation, 1j * vectors)):
         turning[each, each, column], turning[orders + each, each, column] = moves.real, moves.imag
-    return np.concatenate([vectors.real, vectors.imag]), turning.reshape(2 * orders, 2 * orders)
+    return turning.reshape(2 * orders, 2 * orders)

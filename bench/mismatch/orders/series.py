@@ -162,13 +162,11 @@ def calibrate(
     vectors: Complex,
     noise: FloatArray,
     orders: Sequence[float],
-    known: Series | None = None,
     parts: Sequence[Revolution] = (),
 ) -> Series:
     """Fit amplitude and phase polynomials to ``vectors`` (revolutions, orders) whose components have ``noise``
-    (revolutions, orders). The prior is of states that vary as far as those of the ``parts`` which will refine them.
-
-    With a ``known`` series its prior stands and its coefficients are begun with; else both are learnt in some rounds.
+    (revolutions, orders). The prior is of states that vary as far as those of the ``parts`` which will refine them; it
+    and the coefficients are learnt in some rounds.
     """
     x, direction = states(revolutions), directions(revolutions)
     sides = [s for s in (1, -1) if np.any(direction * s > 0)]
@@ -178,10 +176,10 @@ def calibrate(
     amplitude = {s: np.zeros((number, 10)) for s in sides}
     phase = {s: np.zeros((number, 10)) for s in sides}
     covariance = {s: np.zeros((number, 20, 20)) for s in sides}
-    prior = np.concatenate([FIRST_PRIOR, 1.5 * FIRST_PRIOR]) if known is None else known.prior
-    doubt = np.ones((2, number)) if known is None else known.doubt.copy()
+    prior = np.concatenate([FIRST_PRIOR, 1.5 * FIRST_PRIOR])
+    doubt = np.ones((2, number))
     loss = np.zeros(number)
-    for step in range(ROUNDS if known is None else 1):
+    for step in range(ROUNDS):
         loss[:] = 0.0
         found, determined = [], []
         for side in sides:
@@ -190,9 +188,8 @@ def calibrate(
             row = 0 if side > 0 else 1
             for k in range(number):
                 begin = None
-                if (step or known is not None) and doubt[row, k] < WILD:
-                    source = (amplitude, phase) if step else (known.amplitude, known.phase)  # type: ignore[union-attr]
-                    begin = np.concatenate([source[0][side][k], source[1][side][k]])
+                if step and doubt[row, k] < WILD:
+                    begin = np.concatenate([amplitude[side][k], phase[side][k]])
                 spread = noise[rows, k] * np.sqrt(doubt[row, k])
                 fit = fit_order(basis, vectors[rows, k], spread, prior, begin)
                 loss[k] += fit.loss
@@ -200,12 +197,11 @@ def calibrate(
                 size = mean_size(vectors[rows, k])
                 found.append(np.concatenate([fit.amplitude[:9] / size, fit.phase[:9]]))
                 determined.append(fit.determined)
-                if known is None:
-                    left = vectors[rows, k] - (basis @ fit.amplitude) * np.exp(1j * (basis @ fit.phase))
-                    free = max(2.0 * rows.sum() - 2.0 - fit.determined.sum(), 2.0)
-                    square = np.sum(np.abs(left) ** 2 / (noise[rows, k] ** 2 + (RELATIVE_NOISE * size) ** 2))
-                    doubt[row, k] = max(1.0, float(square / free))
-        if known is None and found:
+                left = vectors[rows, k] - (basis @ fit.amplitude) * np.exp(1j * (basis @ fit.phase))
+                free = max(2.0 * rows.sum() - 2.0 - fit.determined.sum(), 2.0)
+                square = np.sum(np.abs(left) ** 2 / (noise[rows, k] ** 2 + (RELATIVE_NOISE * size) ** 2))
+                doubt[row, k] = max(1.0, float(square / free))
+        if found:
             prior = _empirical_prior(np.asarray(found), np.asarray(determined))
     return Series(
         tuple(float(f) for f in orders), scalings, amplitude, phase, covariance, np.asarray(prior), doubt, loss

@@ -146,22 +146,22 @@ def _counts(loud: Bursts, outcome: ChannelOutcome, search: Search) -> bool:
     number = rows.number[loud.rows]
     overall = float(np.sqrt(np.sum(left[loud.rows] ** 2 * number) / rows.number[search.model.problem.train].sum()))
     size = float(np.sqrt(np.mean(left[loud.rows] ** 2)))
-    if size < criteria.SHAPE * _named_there(outcome, loud, rows.size):
+    if size < _missed_by_names(outcome, loud, rows.size):
         return False
     alone = size > outcome.floor
     least = criteria.LEAST_STRENGTH * np.sqrt(criteria.LEAST_ACTIVE) if alone else criteria.LEAST_OVERALL
     return bool(overall > least * outcome.floor)
 
 
-def _named_there(outcome: ChannelOutcome, loud: Bursts, rows: int) -> float:
-    """Root mean square of what the names of a channel with ``rows`` rows add where blocks are loud, beyond the
-    calibrated simulation; 0 in the transmission error, whose rows are others. A loop counts whole: what it is like
-    where a recording begins nothing tells, so that it may be off by all of itself until it is turned.
+def _missed_by_names(outcome: ChannelOutcome, loud: Bursts, rows: int) -> float:
+    """Root mean square of what the names of a channel with ``rows`` rows may miss where blocks are loud: of what they
+    add there beyond the calibrated simulation as much as nature's form may differ by, and all of a loop, which may be
+    off by itself until it is turned, for nothing tells what it is like where a recording begins. 0 in the transmission
+    error, whose rows are others.
     """
     named = [d for d in outcome.discoveries if d.status != UNKNOWN]
-    beyond = [
-        (d.added if d.excess is None else d.excess) / (criteria.SHAPE if PATH in d.variables else 1.0) for d in named
-    ]
+    shares = [1.0 if PATH in d.variables else criteria.SHAPE for d in named]
+    beyond = [share * (d.added if d.excess is None else d.excess) for share, d in zip(shares, named, strict=True)]
     return float(np.sqrt(sum(np.mean(values[loud.rows] ** 2) for values in beyond if values.size == rows)))
 
 

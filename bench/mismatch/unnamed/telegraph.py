@@ -21,7 +21,7 @@ from bench.mismatch.regression.model import explained
 from bench.mismatch.regression.state import Search
 from bench.mismatch.unnamed.binned import BIN_S, Pieces, binned
 from bench.mismatch.unnamed.gaussian_noise import best_likelihood
-from bench.mismatch.unnamed.two_levels import Chain, added, fitted_chain, jumps_up, log_likelihood
+from bench.mismatch.unnamed.two_levels import Chain, added, fitted_chain, jumps, log_likelihood
 from bench.simulation.frame import FloatArray
 from bench.simulation.quantities import factor
 
@@ -89,7 +89,7 @@ def _look(pieces: Pieces, least: float) -> tuple[Chain, float] | None:
         if ratios[-1] is None:
             return None
     whole = fitted_chain(pieces)
-    if whole is None or not whole.lasting or 2.0 * jumps_up(pieces, whole) < FEWEST_JUMPS:
+    if whole is None or not whole.lasting or jumps(pieces, whole) < FEWEST_JUMPS:
         return None
     e_value = float(logsumexp(np.array(ratios, dtype=np.float64)) - np.log(2.0))
     return whole, float(np.exp(-max(e_value, 0.0)))

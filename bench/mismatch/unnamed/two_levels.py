@@ -154,6 +154,6 @@ def added(pieces: Pieces, chain: Chain) -> FloatArray:
     return np.asarray(chain.height * (up - means(up, pieces.weight)[:, None]))
 
 
-def jumps_up(pieces: Pieces, chain: Chain) -> float:
-    """Jumps up that a chain has in so many bins."""
-    return float(np.sum(pieces.weight > 0.0)) * (1.0 - chain.upper) * chain.leave[0]
+def jumps(pieces: Pieces, chain: Chain) -> float:
+    """Jumps, up and as many down, that a chain has in so many bins."""
+    return 2.0 * float(np.sum(pieces.weight > 0.0)) * (1.0 - chain.upper) * chain.leave[0]
