@@ -22,7 +22,7 @@ from bench.mismatch.recordings.faulty import stuck
 from bench.mismatch.recordings.level import kept_segments, levelled, numbered
 from bench.mismatch.recordings.motion import Manner, corners, directions, passing, since_change
 from bench.mismatch.recordings.notch import notched
-from bench.mismatch.recordings.shaking import WIDER, count_of, shaken
+from bench.mismatch.recordings.shaking import count_of, shaken
 from bench.mismatch.recordings.smoothing import local_quadratic, repaired, smoothed
 from bench.mismatch.recordings.thinning import Measured, Thinning, group_of
 from bench.mismatch.recordings.window import ANGLE, VELOCITY, Rates, motion
@@ -166,24 +166,21 @@ def prepare(
     theta = motor / ratio
     q = load if "load_angle" in signals else theta
     _, q_rate, q_acceleration = smoothed(q, rate, span, whole)
+    turning = [piece for piece in whole or [slice(0, n)] if np.all(steady[piece] > 0.5)]
     if "motor_angle" in signals and "load_angle" in signals:
-        turning = [piece for piece in whole or [slice(0, n)] if np.all(steady[piece] > 0.5)]
         chosen = _quieter(q_acceleration, acceleration / ratio)
-        count = count_of(recording)
-        by_itself = chosen is q_acceleration
-        left, of_motor = (x - smoothed(x, rate, WIDER * span, whole)[0] for x in (q, theta))
-        beside = None if by_itself else of_motor
-        q_acceleration = chosen + shaken(q, left, q_rate, turning, rate, span, count, beside)
+        motor_moves = None if chosen is q_acceleration else theta
+        q_acceleration = chosen + shaken(q, q_rate, turning, rate, span, count_of(recording), motor_moves)
     direction, last = directions(omega, manner.standstill)
-    slow = [_evened(x, whole, steady) for x in (omega, acceleration, q_acceleration)]
     reversal_travel, reversal_time, reversed_before = since_change(theta, time, direction, last)
 
     load_motor = signals.mean("load_motor_torque")
     load_torque, motor_torque = signals.mean("load_torque"), signals.mean("motor_torque")
     taken: dict[str, FloatArray] = {}
     if "load_torque" in signals:
+        beside_ripple = [_evened(q_acceleration, turning)]
         taken["load_torque"] = notched(
-            q, load_torque - load_motor, direction, signals.wild("load_torque"), folder.notch, slow[2:]
+            q, load_torque - load_motor, direction, signals.wild("load_torque"), folder.notch, beside_ripple
         )
         load_torque = load_torque - taken["load_torque"]
     # a bench without torque sensor takes what the load motor reports, or else what was asked for
@@ -208,7 +205,8 @@ def prepare(
     if "motor_torque" in signals and "load_torque" in signals:  # without it there is no load motor to ripple
         # the ripple acts on the gearbox, so the input motor sees it through the ratio
         wild = signals.wild("motor_torque")
-        taken["motor_torque"] = notched(q, motor_torque - torque / ratio, direction, wild, folder.notch, slow[:2])
+        beside_ripple = [_evened(omega, turning), _evened(acceleration, turning)]
+        taken["motor_torque"] = notched(q, motor_torque - torque / ratio, direction, wild, folder.notch, beside_ripple)
         motor_torque = motor_torque - taken["motor_torque"]
     # without a thermometer nothing can depend on temperature: the value to which the nominal terms are referred
     temperature = signals.mean("temperature") if "temperature" in signals else np.full(n, criteria.REFERENCE_CELSIUS)
@@ -273,14 +271,13 @@ def _quieter(one: FloatArray, other: FloatArray) -> FloatArray:
     return one if noise <= of_other else other
 
 
-def _evened(values: FloatArray, pieces: Sequence[slice], steady: FloatArray) -> FloatArray:
-    """A speed or an acceleration (n,) with its mean in steady motion: what it does there is noise, a control loop's
-    answer to a ripple among it, and says nothing of a ripple.
+def _evened(values: FloatArray, turning: Sequence[slice]) -> FloatArray:
+    """A speed or an acceleration (n,) with its mean in each piece of steady motion: what it does there is noise, a
+    control loop's answer to a ripple among it, and says nothing of a ripple.
     """
     out = values.copy()
-    for piece in pieces or [slice(0, values.size)]:
-        if np.all(steady[piece] > 0.5):
-            out[piece] = values[piece].mean()
+    for piece in turning:
+        out[piece] = values[piece].mean()
     return out
 
 

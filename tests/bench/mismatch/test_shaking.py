@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bench.mismatch.recordings.shaking import WIDER, shaken
+from bench.mismatch.recordings.shaking import shaken
 from bench.mismatch.recordings.smoothing import local_quadratic
 from bench.simulation.frame import FloatArray
 
@@ -25,11 +25,6 @@ def noise(seed: int) -> FloatArray:
     return np.random.default_rng(seed).normal(0.0, NOISE, SIZE)
 
 
-def left(angle: FloatArray) -> FloatArray:
-    """What the wider window leaves of an angle (n,)."""
-    return np.asarray(angle - local_quadratic(angle, RATE, WIDER * SPAN)[0])
-
-
 def acceleration(
     error: FloatArray,
     speed: float,
@@ -43,8 +38,9 @@ def acceleration(
     """
     alone = np.zeros(SIZE) + motor
     curve = local_quadratic(alone + error if smoothed else alone, RATE, SPAN)[2]
-    beside = None if smoothed else left(alone)
-    return curve + shaken(speed * TIME, left(alone + error), np.full(SIZE, speed), pieces, RATE, SPAN, count, beside)
+    motion = speed * TIME + alone
+    beside = None if smoothed else motion
+    return curve + shaken(motion + error, np.full(SIZE, speed), pieces, RATE, SPAN, count, beside)
 
 
 def rms(values: FloatArray) -> float:
@@ -96,15 +92,15 @@ def test_a_wave_of_less_than_half_a_count_of_the_encoder_is_none() -> None:
 def test_a_coarse_encoder_in_even_motion_shakes_nothing() -> None:
     count = 2.0 * np.pi / 2**17
     read = np.round((0.9 * TIME + 0.1 * count * noise(4) / NOISE) / count) * count
-    assert not shaken(read, left(read), np.full(SIZE, 0.9), WHOLE, RATE, SPAN, count).any()
+    assert not shaken(read, np.full(SIZE, 0.9), WHOLE, RATE, SPAN, count).any()
 
 
 def test_a_piece_with_a_value_that_is_no_number_is_not_looked_at() -> None:
-    broken = wave(0.9) + noise(3)
+    broken = 0.9 * TIME + wave(0.9) + noise(3)
     broken[1000] = np.nan
-    assert not shaken(0.9 * TIME, broken, np.full(SIZE, 0.9), WHOLE, RATE, SPAN).any()
+    assert not shaken(broken, np.full(SIZE, 0.9), WHOLE, RATE, SPAN).any()
 
 
 def test_where_nothing_turns_nothing_is_shaken() -> None:
-    assert not shaken(np.zeros(SIZE), wave(0.9), np.zeros(SIZE), WHOLE, RATE, SPAN).any()
-    assert not shaken(1e-7 * TIME, wave(0.9), np.full(SIZE, 1e-7), WHOLE, RATE, SPAN).any()
+    assert not shaken(wave(0.9), np.zeros(SIZE), WHOLE, RATE, SPAN).any()
+    assert not shaken(1e-7 * TIME + wave(0.9), np.full(SIZE, 1e-7), WHOLE, RATE, SPAN).any()
