@@ -224,4 +224,4 @@ def beside(whole: Stage, order: float, fitted: Sequence[float], vectors: Complex
     orders leave of it: in each as sure as the part that they leave.
     """
     left = left_of(whole, order, fitted)
-    return replace(whole, vectors=(vectors / left)[:, None], scale=whole.scale / left, shape=np.array([sigma]))
+    return whole.rescaled((vectors / left)[:, None], whole.scale / left, np.array([sigma]))

@@ -7,7 +7,6 @@ An order was found when others were still missing, and their leakage was part of
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,4 +86,4 @@ def _alone(whole: Stage, seen: Seen, train: NDArray[np.bool_], order: float) -> 
     scale = whole.scale / left_of(whole, order, seen.orders)
     residual: Complex = seen.vectors[train, seen.orders.index(order)]
     sigma = whole.shape[[min(round(order), whole.shape.size - 1)]]
-    return replace(whole, vectors=(residual / scale)[:, None], scale=scale, shape=sigma)
+    return whole.rescaled((residual / scale)[:, None], scale, sigma)

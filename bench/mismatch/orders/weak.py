@@ -124,12 +124,28 @@ def search(
 class Stage:
     """The training revolutions, their residual vectors over their own level ``scale`` (revolutions,), and the ``shape``
     of the noise over the order (orders,).
+
+    The factors of each of :data:`MODELS` at the revolutions, and orthonormal bases of them, are worked out once: a
+    stage with other vectors or another shape takes them over.
     """
 
     revolutions: tuple[Revolution, ...]
     vectors: Complex
     scale: FloatArray
     shape: FloatArray
+    designs: tuple[FloatArray, ...] = ()
+    bases: tuple[FloatArray, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Work out designs and bases that were not taken over."""
+        if not self.designs:
+            object.__setattr__(self, "designs", tuple(design(model, self.revolutions) for model in MODELS))
+        if not self.bases:
+            object.__setattr__(self, "bases", tuple(_basis(x / self.scale[:, None]) for x in self.designs))
+
+    def rescaled(self, vectors: Complex, scale: FloatArray, shape: FloatArray) -> Stage:
+        """The same revolutions with other ``vectors`` (revolutions, orders) whose level is another ``scale``."""
+        return replace(self, vectors=vectors, scale=scale, shape=shape, bases=())
 
     @classmethod
     def of(cls, seen: Seen, revolutions: Sequence[Revolution], train: NDArray[np.bool_]) -> Stage | None:
@@ -151,8 +167,7 @@ class Stage:
         energy = np.sum(np.abs(vectors) ** 2, axis=0)
         best = np.full(vectors.shape[1], -np.inf)
         which = np.zeros(vectors.shape[1], dtype=np.int64)
-        for number, model in enumerate(MODELS):
-            basis = _basis(design(model, self.revolutions) / self.scale[:, None])
+        for number, basis in enumerate(self.bases):
             if len(self.revolutions) < 2 * basis.shape[1] + 2:
                 continue
             gain = gain_of(energy, _left_out(basis, vectors), len(self.revolutions), self.shape)
