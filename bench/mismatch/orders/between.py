@@ -142,6 +142,14 @@ class Path:
         steps = step * np.arange(-number, number + 1, dtype=np.float64)
         return cls(np.array([float(t.mean()) for t in theta]), step, steps)
 
+    def away_from(self, order: float, fitted: Sequence[float]) -> Path:
+        """The path without the steps that take an ``order`` next to another of the ``fitted`` ones: of the two only the
+        sum is seen in a revolution.
+        """
+        others = np.array([f for f in fitted if f != order])
+        off = np.min(np.abs(np.subtract.outer(order + self.steps, others)), axis=1, initial=np.inf)
+        return replace(self, steps=self.steps[(off > NEXT) | (self.steps == 0.0)])
+
     def rotated(self, vectors: Complex, more: FloatArray) -> Complex:
         """Vectors (revolutions,) of an order as those of orders that are ``more`` (k,) higher (revolutions, k)."""
         return np.asarray(vectors[:, None] * np.exp(-1j * self.at[:, None] * more))

@@ -41,7 +41,7 @@ def moved(
     out = {}
     for order in filter(is_between, found):
         one = _alone(whole, seen, train, order)
-        more, gain = path.followed(one)
+        more, gain = path.away_from(order, seen.orders).followed(one)
         to_whole, to_part = round(order) - order, round(order * PARTS) / PARTS - order
         near = abs(to_whole) <= 1.0 / PARTS and round(order) not in seen.orders
         off = abs(to_part) > EXACT and all(abs(order + to_part - f) > EXACT for f in seen.orders)

@@ -33,10 +33,10 @@ def unexplained(outcome: ChannelOutcome) -> None:
     within its uncertainty is then enough (not of an integral). Levels of held-out recordings that differ no more than
     those of the fitted ones are offsets between recordings.
 
-    What comes and goes in the transmission error leaves the median recording as it is. Where nothing but orders was
-    found there, all steady samples are asked as well; levels are no offsets where blocks of time are too loud for
-    noise; and where a tone is heard in some recordings, half of the energy is enough. Torques waver with the control
-    loops in some recordings more than in others: of them this says nothing.
+    What comes and goes in the transmission error leaves the median recording as it is. There all steady samples are
+    asked as well, beyond what the forms of the findings may leave; levels are no offsets where blocks of time are too
+    loud for noise; and where a tone is heard in some recordings, half of the energy is enough. Torques waver with the
+    control loops in some recordings more than in others: of them this says nothing.
     """
     p = None if outcome.structure is None else outcome.structure.p_value
     if _rare(p):
@@ -97,8 +97,8 @@ def _coming_and_going(outcome: ChannelOutcome, after: float, most: float, levels
     and goes is asked as well.
     """
     assert outcome.altogether is not None
-    if all(d.effect == ORDERS for d in outcome.discoveries):
-        after = max(after, outcome.altogether)
+    # by as much as nature's forms may be other than the names say, more is left where the names act
+    after = max(after, float(np.sqrt(max(outcome.altogether**2 - _of_forms(outcome), 0.0))))
     structure, usual = outcome.structure, criteria.MORE_THAN_NOISE
     if structure is not None and _rare(structure.bursts):
         most, levels = min(most, usual * outcome.floor), 0.0
