@@ -22,7 +22,10 @@ WARMING_S = 400.0
 """over which the temperature is averaged (first-order lag) that the lubricant is compared with: housings of gearboxes
 follow their lubricant in two to ten minutes
 """
-REMEMBERED = frozenset({"warming"})
+SLOW_WARMING_S = 1600.0
+"""the same for what follows more slowly, in a quarter to three quarters of an hour: shafts, frame and bed of the bench
+"""
+REMEMBERED = frozenset({"warming", "slow_warming"})
 """quantities with a state that goes on from one recording to the next"""
 
 
@@ -46,6 +49,11 @@ QUANTITIES: dict[str, Quantity] = {
         "temperature above that of the last minutes",
         "K",
         lambda f: f.temperature - campaign_lag(f.temperature, f, WARMING_S),
+    ),
+    "slow_warming": Quantity(
+        "temperature above that of the last half hour",
+        "K",
+        lambda f: f.temperature - campaign_lag(f.temperature, f, SLOW_WARMING_S),
     ),
     "time": Quantity("time", "s", lambda f: f.time),
     "travel": Quantity("distance run", "rad", lambda f: f.travel),

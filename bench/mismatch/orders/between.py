@@ -142,12 +142,11 @@ class Path:
         steps = step * np.arange(-number, number + 1, dtype=np.float64)
         return cls(np.array([float(t.mean()) for t in theta]), step, steps)
 
-    def away_from(self, order: float, fitted: Sequence[float]) -> Path:
-        """The path without the steps that take an ``order`` next to another of the ``fitted`` ones: of the two only the
-        sum is seen in a revolution.
+    def away_from(self, order: float, others: Sequence[float]) -> Path:
+        """The path without the steps that take an ``order`` next to one of the ``others``: of the two only the sum is
+        seen in a revolution.
         """
-        others = np.array([f for f in fitted if f != order])
-        off = np.min(np.abs(np.subtract.outer(order + self.steps, others)), axis=1, initial=np.inf)
+        off = np.min(np.abs(np.subtract.outer(order + self.steps, np.asarray(others))), axis=1, initial=np.inf)
         return replace(self, steps=self.steps[(off > NEXT) | (self.steps == 0.0)])
 
     def rotated(self, vectors: Complex, more: FloatArray) -> Complex:
@@ -192,8 +191,9 @@ class Path:
         less than half of what stands there.
         """
         stages = [beside(whole, float(f), fitted, vectors[:, i], float(shape[i])) for i, f in enumerate(orders)]
-        k = int(np.argmax([self.stepped(one)[1] for one in stages]))
-        more = self.followed(stages[k])[0]
+        paths = [self.away_from(float(f), fitted) for f in orders]
+        k = int(np.argmax([path.stepped(one)[1] for path, one in zip(paths, stages, strict=True)]))
+        more = paths[k].followed(stages[k])[0]
         order, stage = float(orders[k]), stages[k]
         if more:
             order = rounded(float(orders[k]) + more)

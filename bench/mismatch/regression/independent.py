@@ -21,6 +21,7 @@ KINDS: dict[str, frozenset[str]] = {
         {
             "temperature",
             "warming",
+            "slow_warming",
             "time",
             "travel",
             "seconds",

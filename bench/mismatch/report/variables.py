@@ -56,6 +56,12 @@ VARIABLES: dict[str, Variable] = {
         lambda f: quantity("warming", f),
         words="while the gearbox warms up or cools down",
     ),
+    "slow_warming": Variable(
+        "",
+        "temperature above that of the last half hour / K",
+        lambda f: quantity("slow_warming", f),
+        words="while the bench warms up or cools down",
+    ),
     "time": Variable(TIME, "time since the campaign began / h", lambda f: f.time / SECONDS_AN_HOUR),
     "travel": Variable(TIME, "distance run / revolutions", lambda f: f.travel / (2.0 * np.pi)),
     "angle": Variable(ANGLE, "output angle / deg", lambda f: _degrees(np.mod(f.theta, 2.0 * np.pi))),
