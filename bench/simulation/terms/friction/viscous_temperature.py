@@ -9,8 +9,9 @@ from bench.simulation.terms.base import MOTOR_TORQUE, Form, Point, Symbol, Term,
 
 
 def _rates(_: Frame) -> tuple[Point, ...]:
-    # oils and greases: 0.02 to 0.08 per kelvin at room temperature; the refinement may go half as far again
-    return logarithmic(0.012, 0.09, 9)
+    # oils and greases: 0.02 to 0.08 per kelvin at room temperature, more in the cold; the refinement may go half as far
+    # again
+    return logarithmic(0.012, 0.12, 10)
 
 
 def _exponential(frame: Frame, point: Point) -> FloatArray:
