@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 
 _VALUES = 6
 """So many values of a finding are printed."""
-_SCORES = ("as_given", "before", "after")
+_SCORES = {"as_given": "as given", "before": "recalibrated", "after": "improved"}
+"""root mean squares of a channel, in the words of the page"""
 
 
 def register(app: typer.Typer) -> None:
@@ -122,7 +123,15 @@ def _compare_one(task: Task, jobs: int, dask: str | None, as_json: bool) -> None
         say(json.dumps(content, allow_nan=False))
         return
     _say(content, report.sentence, task.out)
-    say(f"report: {task.out / 'report.html'}, better simulation: {task.out / 'model.json'}")
+    say(f"report: {task.out / 'report.html'}, {_model_of(content)}: {task.out / 'model.json'}")
+
+
+def _model_of(content: dict[str, Any]) -> str:
+    """What ``model.json`` holds, by a report's ``content``."""
+    from bench.mismatch.report.verdict import kind_of_simulation
+
+    scores = [(row[f"{_scored(row)}_before"], row[f"{_scored(row)}_after"]) for row in content["channels"]]
+    return kind_of_simulation(scores if content["findings"] else [], content["simulation"]["recalibrated"])
 
 
 def _say(content: dict[str, Any] | None, sentence: str, out: Path) -> None:
@@ -149,12 +158,17 @@ def _say(content: dict[str, Any] | None, sentence: str, out: Path) -> None:
 
 def _channel(row: dict[str, Any]) -> str:
     """A channel's noise floor and what is left of it; of what was fitted, where no recording could be held out."""
-    label = "held_out_rmse" if "in_sample_rmse_after" not in row else "in_sample_rmse"
+    label = _scored(row)
     floor, after, unit = row["noise_floor"], row[f"{label}_after"], row["unit"]
-    scores = ", ".join(f"{name.replace('_', ' ')} {_number(row[f'{label}_{name}'])}" for name in _SCORES)
-    ratio = "" if after is None or not floor else f" (after/floor {after / floor:.3f})"
+    scores = ", ".join(f"{words} {_number(row[f'{label}_{name}'])}" for name, words in _SCORES.items())
+    ratio = "" if after is None or not floor else f" ({after / floor:.3f} of the noise)"
     of = "" if label == "held_out_rmse" else ", on what was fitted: nothing could be held out"
-    return f"{row['channel']:20s} {unit}: floor {_number(floor)}, {scores}{ratio}{of}"
+    return f"{row['channel']:20s} {unit}: noise {_number(floor)}; what is left {scores}{ratio}{of}"
+
+
+def _scored(row: dict[str, Any]) -> str:
+    """Key of a channel's scores: of recordings held out, or of what was fitted where none could be."""
+    return "held_out_rmse" if "in_sample_rmse_after" not in row else "in_sample_rmse"
 
 
 def _number(value: float | None) -> str:

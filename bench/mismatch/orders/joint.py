@@ -38,7 +38,7 @@ def moved(
     if whole is None:
         return {}
     path = Path.of(seen, train, FARTHEST)
-    out = {}
+    out: dict[float, float] = {}
     for order in filter(is_between, found):
         one = _alone(whole, seen, train, order)
         others = [*(f for f in seen.orders if f != order), *out.values()]

@@ -90,8 +90,9 @@ def pieces(recordings: Sequence[Recording], left: int) -> tuple[list[Piece], str
     blocks = [p for p in out if p.rows is not None]
     longest = max((p.rows[1] - p.rows[0]) / p.recording.sample_rate for p in blocks if p.rows is not None)
     note = (
-        f"{len(fitted)} recordings to fit are too few to hold any out: cut into {len(blocks)} contiguous blocks of"
-        f" {longest:.1f} s at most, {GAP_S:g} s apart; held out: {held}"
+        f"{_in_words(len(fitted))} to fit {'is' if len(fitted) == 1 else 'are'} too few to hold any out:"
+        f" {_in_words(len({p.recording.recording_id for p in blocks}))} cut into {len(blocks)} contiguous"
+        f" blocks of {longest:.1f} s at most, {GAP_S:g} s apart; held out: {held}"
     )
     if rotating and cut is by_time:
         total = sum(float(part[-1]) for part in ways.values())
@@ -100,6 +101,10 @@ def pieces(recordings: Sequence[Recording], left: int) -> tuple[list[Piece], str
             " cannot be found"
         )
     return out, note
+
+
+def _in_words(number: int) -> str:
+    return f"{number} recording{'' if number == 1 else 's'}"
 
 
 def way(recording: Recording) -> FloatArray:

@@ -22,7 +22,7 @@ from bench.mismatch.report.plots import LINEAR_UNITS, UNITS, plot
 from bench.mismatch.report.report import Report
 from bench.mismatch.report.style import STYLE
 from bench.mismatch.report.symbols import equation, parameters
-from bench.mismatch.report.verdict import in_words
+from bench.mismatch.report.verdict import in_words, kind_of_simulation
 from bench.simulation.linear import in_metres
 
 MOST_NAMES = 3
@@ -41,11 +41,15 @@ def page(report: Report) -> str:
     verdict = report.sentence.partition(":")[0]
     members = report.data.members
     held = sum(m.held_out for m in members)
-    scored = (
-        f"{held} of them held out: nothing that is scored on them was fitted to them."
-        if held
-        else "none of them held out: what is scored was also fitted."
-    )
+    scored = ""
+    if report.outcomes:
+        scored = (
+            f", {held} of them held out: nothing that is scored on them was fitted to them"
+            if held
+            else ", none of them held out: what is scored was also fitted"
+        )
+    scores = [(_score(o, "before"), _score(o, "after")) for o in report.outcomes if report.findings]
+    model = kind_of_simulation(scores, report.simulation.recalibrated)
     body = [
         "<h1>Simulation against recordings</h1>",
         opening(report),
@@ -55,8 +59,8 @@ def page(report: Report) -> str:
         _left_out(report),
         _list("Not used", [f"{file}: {why}" for file, why in report.data.rejected]),
         _list("Notes", [*report.data.notes, *report.skipped, *(n for o in report.outcomes for n in o.notes)]),
-        f'<p class="dim">{len(members)} recordings or blocks, {_e(scored)} Values of the improved simulation stand in '
-        "<code>model.json</code>, everything on this page in <code>report.json</code>.</p>",
+        f'<p class="dim">{len(members)} recordings or blocks{_e(scored)}. <code>model.json</code> holds the {model}, '
+        "<code>report.json</code> everything on this page.</p>",
     ]
     head = (
         '<meta charset="utf-8"><meta name="viewport" content="width=device-width,initial-scale=1">'

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 import numpy as np
 
@@ -105,3 +105,12 @@ def _described(finding: Finding) -> str:
 def in_words(channel: str) -> str:
     """A channel's name for people."""
     return channel.replace("_", " ")
+
+
+def kind_of_simulation(scores: Iterable[tuple[float | None, float | None]], recalibrated: Collection[str]) -> str:
+    """What a report's ``model.json`` holds: an improved simulation where the findings lower what is left of a channel
+    (``scores``: before and with them), a recalibrated one where numbers were calibrated anew, else what was given.
+    """
+    if any(before is not None and after is not None and after < before for before, after in scores):
+        return "improved simulation"
+    return "recalibrated simulation" if recalibrated else "simulation as given"

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from bench.cli.mismatch import _say
+from bench.mismatch.report.verdict import kind_of_simulation
 
 CHANNEL: dict[str, Any] = {
     "channel": "motor_torque",
@@ -45,7 +46,7 @@ def test_findings_channels_and_what_was_not_used_are_printed(capsys: pytest.Capt
         "in motor torque, below 2 deg/s",
         "f_s = 0.4 N*m",
         "bench run out/next-1.toml (they differ)",
-        "floor 0.02, as given not computed, before 0.06, after 0.021 (after/floor 1.050)",
+        "noise 0.02; what is left as given not computed, recalibrated 0.06, improved 0.021 (1.050 of the noise)",
         "not used: a.h5 is short",
         "note: a note",
     ):
@@ -59,8 +60,23 @@ def test_what_is_null_is_said_to_be(capsys: pytest.CaptureFixture[str]) -> None:
     out = _printed(capsys, channel, FINDING | {"confidence": None, "parameters": values})
     assert "confidence not computed" in out
     assert "c = not computed\n" in out
-    assert "after 0.02 (after/floor 1.000), on what was fitted: nothing could be held out" in out
+    assert "improved 0.02 (1.000 of the noise), on what was fitted: nothing could be held out" in out
 
 
 def test_a_linear_axis_has_a_force(capsys: pytest.CaptureFixture[str]) -> None:
     assert "in motor force, below 2 deg/s" in _printed(capsys, CHANNEL | {"unit": "N"}, FINDING)
+
+
+@pytest.mark.parametrize(
+    ("scores", "recalibrated", "words"),
+    [
+        ([(0.06, 0.02), (1.0, 1.0)], ["friction.coulomb.f_c"], "improved simulation"),
+        ([(0.06, 0.06)], ["friction.coulomb.f_c"], "recalibrated simulation"),
+        ([(None, None)], [], "simulation as given"),
+        ([], [], "simulation as given"),
+    ],
+)
+def test_what_the_model_holds_is_said_as_the_scores_say(
+    scores: list[tuple[float | None, float | None]], recalibrated: list[str], words: str
+) -> None:
+    assert kind_of_simulation(scores, recalibrated) == words
