@@ -147,7 +147,8 @@ class Path:
         seen in a revolution.
         """
         off = np.min(np.abs(np.subtract.outer(order + self.steps, np.asarray(others))), axis=1, initial=np.inf)
-        return replace(self, steps=self.steps[(off > NEXT) | (self.steps == 0.0)])
+        # between two steps the best order is looked for
+        return replace(self, steps=self.steps[(off > NEXT + self.step) | (self.steps == 0.0)])
 
     def rotated(self, vectors: Complex, more: FloatArray) -> Complex:
         """Vectors (revolutions,) of an order as those of orders that are ``more`` (k,) higher (revolutions, k)."""

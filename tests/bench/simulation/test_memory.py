@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bench.simulation.memory import campaign_lag, integral, lag, play, relaxing
-from bench.simulation.quantities import WARMING_S, quantity
+from bench.simulation.quantities import SLOW_WARMING_S, WARMING_S, quantity
 from bench.simulation.terms.te.hysteresis import BETWEEN
 from tests.bench.simulation.terms.frames import ROWS, STEP_S, frame
 
@@ -84,11 +84,12 @@ def test_a_state_that_forgets_is_smaller_in_motion_and_gone_at_rest(scale: float
     assert z[turn:] == pytest.approx(resting, abs=1e-9)
 
 
-def test_a_gearbox_that_warms_is_warmer_than_it_was() -> None:
+@pytest.mark.parametrize(("name", "constant"), [("warming", WARMING_S), ("slow_warming", SLOW_WARMING_S)])
+def test_a_gearbox_that_warms_is_warmer_than_it_was(name: str, constant: float) -> None:
     rate = 0.02
     warm = replace(FRAME, temperature=20.0 + rate * FRAME.time)
-    warming = quantity("warming", warm)
+    warming = quantity(name, warm)
     # a lag follows a ramp by the time constant times its rate
-    expected = rate * WARMING_S * (1.0 - np.exp(-(FRAME.time - FRAME.time[0]) / WARMING_S))
+    expected = rate * constant * (1.0 - np.exp(-(FRAME.time - FRAME.time[0]) / constant))
     assert warming == pytest.approx(expected, rel=1e-6, abs=1e-9)
-    assert np.allclose(quantity("warming", replace(FRAME, temperature=np.full(FRAME.size, 31.0))), 0.0)
+    assert np.allclose(quantity(name, replace(FRAME, temperature=np.full(FRAME.size, 31.0))), 0.0)

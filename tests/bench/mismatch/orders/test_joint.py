@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from bench.mismatch.orders.between import FARTHEST, NEXT, Path
 from bench.mismatch.orders.joint import moved, needless
 from bench.mismatch.orders.look import Look
 from bench.mismatch.orders.revolutions import Revolution, seen
@@ -58,3 +59,26 @@ def test_an_order_leaves_a_place_where_its_phases_are_nearly_alike() -> None:
     off = true + 1.0 / apart
     now = seen(looks, revolutions, y, (off,))
     assert moved(now, revolutions, np.ones(starts.size, dtype=bool), of(off)) == {off: pytest.approx(true, abs=1e-3)}
+
+
+def test_an_order_does_not_move_next_to_another() -> None:
+    """A gearbox's own order that changes with the state looks like two orders next to each other, of which a revolution
+    shows only the sum: each then takes what the other leaves, and recordings at other angles are predicted by neither.
+    """
+    lines = np.array([(20.0, 20.0 * NOISE, 0.4), (20.03, 8.0 * NOISE, 1.0)])
+    now, revolutions = shown(13, 2.0, lines, (20.0, 20.1))
+    path = Path.of(now, TRAIN, FARTHEST)
+    assert np.any(np.abs(20.1 + path.steps - 20.0) <= NEXT)
+    steps = moved(now, revolutions, TRAIN, of(20.1))
+    assert all(abs(order - 20.0) > NEXT for order in steps.values())
+
+
+def test_a_path_keeps_away_from_other_orders_and_keeps_its_place() -> None:
+    now, _ = shown(13, 2.0, np.array([(20.0, 20.0 * NOISE, 0.4)]), (20.0,))
+    path = Path.of(now, TRAIN, FARTHEST)
+    away = path.away_from(20.05, (20.0, 20.05 + 0.5 * NEXT))
+    assert 0.0 in away.steps
+    moved_to = 20.05 + away.steps[away.steps != 0.0]
+    assert np.all(np.abs(moved_to - 20.0) > NEXT)
+    assert np.all(np.abs(moved_to - 20.05 - 0.5 * NEXT) > NEXT)
+    assert 0 < moved_to.size < path.steps.size - 1
