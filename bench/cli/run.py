@@ -50,7 +50,7 @@ def run(
     resume: Annotated[
         bool, typer.Option("--resume", help="Give torque again after a stop that was acknowledged and reset.")
     ] = False,
-    seed: Annotated[int, typer.Option(help="Seed of the emulated plant's noise.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the emulated plant's noise.")] = 0,
     conceal: Annotated[
         int | None,
         typer.Option(min=0, help="Seed of a plant with concealed physics; bench prove --open reveals it."),
@@ -95,6 +95,10 @@ def run(
         from bench.cli._joined import run_joined
 
         raise typer.Exit(run_joined(Client.at(address), campaign, out, real_time, seed, as_json, twin, twin_pause))
+    if twin is not None:
+        from bench.twin.companion import require_model
+
+        require_model(twin)
     folder = out or Path("recordings") / f"{loaded.name}-{time.strftime('%Y%m%d-%H%M%S')}"
     digest = None if conceal is None else opened(file, conceal)[1]
     require_same_seal(folder, digest)
