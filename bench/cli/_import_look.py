@@ -39,8 +39,8 @@ def look(file: str, mapping: Path | None, changes: dict[str, Any], *, asking: bo
         say(json.dumps(_as_dict(found, made, target), ensure_ascii=False))
         return target
     say(f"mapping: {target}")
-    for why in made.lacking():
-        say(f"  {why}")
+    for why in (*made.lacking(), *made.remarks):
+        say(f"  {line(why)}")
     for key in made.open():
         say(f"  {key} is open: {made.entries()[key].why}; --set {key}=… or the file itself gives it")
     return target
@@ -101,6 +101,8 @@ def _show(found: Inventory, made: Draft) -> None:
         shape = "x".join(map(str, column.variable.shape))
         drawn = picture(column.seconds)
         say(f"{line(column.name):<{width}} {shape:>8} {unit:<6} {span:<23} {drawn:<24} {role}".rstrip())
+    for sentence in found.missing_samples():
+        say(line(sentence))
     for name, value in found.constants.items():
         say(f"{line(name):<{width}}        1 = {value:g}, may be a scale")
     for variable, why in found.others:
@@ -121,6 +123,7 @@ def _as_dict(found: Inventory, made: Draft, target: Path) -> dict[str, Any]:
                 "unit": column.variable.unit,
                 "min": None if math.isnan(column.span[0]) else column.span[0],
                 "max": None if math.isnan(column.span[1]) else column.span[1],
+                "missing": int(column.missing.size),
                 "channel": "time" if column is made.time else made.channel_by_column.get(column.name),
             }
             for column in found.columns
@@ -129,4 +132,5 @@ def _as_dict(found: Inventory, made: Draft, target: Path) -> dict[str, Any]:
         "left_out": {variable.name: why for variable, why in found.others},
         "open": made.open(),
         "lacking": made.lacking(),
+        "remarks": made.remarks,
     }

@@ -38,7 +38,8 @@ def acknowledge(folder: _FOLDER = None, bench: _BENCH = "rh380n", bus: _BUS = No
 
     file, run = _bench_and_run(folder, bench, bus)
     standing = acts.latch_of(file, run).read()
-    by = somebody(file.configuration, "acknowledge", f"The bench was stopped: {standing.text or 'no'}. Acknowledge?")
+    why = standing.text.rstrip(".") or "no"
+    by = somebody(file.configuration, "acknowledge", f"The bench was stopped: {why}. Acknowledge?")
     _print(acts.acknowledge(file, run, by), folder, as_json)
 
 

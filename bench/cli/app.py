@@ -12,6 +12,7 @@ from typing import Annotated
 
 import typer
 
+from bench.cli._pipes import let_pipes_close
 from bench.cli._plain import PlainConsole, plain, say
 from bench.cli.exit_codes import ExitCode, exit_code_help, exit_code_of
 from bench.errors import BenchError
@@ -92,6 +93,7 @@ def main() -> None:
     """Run the command line; errors a user can mend are one sentence on stderr and a documented exit code."""
     # matrices here are small: threads of the linear algebra cost more than they save, on a busy computer many times
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    let_pipes_close()
     console = PlainConsole(stderr=True, highlight=False, soft_wrap=True)
     try:
         make_app()()

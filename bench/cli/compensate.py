@@ -42,7 +42,7 @@ def compensate(
         Path | None, typer.Option("--c", help="Write the model as C source, with a test, into this folder.")
     ] = None,
     run: Annotated[bool, typer.Option("--run/--no-run", help="Try the feedforward on the emulated bench.")] = True,
-    seed: Annotated[int, typer.Option(help="Seed of the emulated plant's noise.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the emulated plant's noise.")] = 0,
     loop: Annotated[
         str | None,
         typer.Option(

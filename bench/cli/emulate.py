@@ -35,7 +35,7 @@ def register(app: typer.Typer) -> None:
 def emulate(
     interface: Annotated[str, typer.Option("--interface", help="Network interface the slaves answer on.")],
     plant: Annotated[str, typer.Option(help="Name of a shipped plant, or path of a plant file.")] = "rh380n",
-    seed: Annotated[int, typer.Option(help="Seed of the plant's noise.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the plant's noise.")] = 0,
     cycle_time_ms: Annotated[float, typer.Option(help="Bus cycle the plant is stepped with, ms.")] = 0.5,
     make_up_ms: Annotated[
         float, typer.Option(help="How long the plant waits for a master that makes up for late cycles, ms.", min=0.0)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from bench.cli._plain import PlainConsole, escaped, line, say
-from bench.errors import BenchError
+from bench.errors import BenchError, RecordingError
 from bench.whole import write_whole
 
 if TYPE_CHECKING:
@@ -72,6 +72,7 @@ def identify(
     """
 
     from bench.identification import Options, identify_folder, to_json, to_simulation, with_proposed_orders
+    from bench.identification.summary import has_numbers
 
     if method not in ("refined", "paper"):
         raise BenchError(f"--method is '{method}', it should be refined or paper.")
@@ -83,8 +84,14 @@ def identify(
     found = _with_progress(folder, options, console)
     if orders == "proposed":
         found = identify_folder(folder, with_proposed_orders(found, options))
+    simulation = to_simulation(found, method)
+    if not has_numbers(simulation):
+        _print_notes(console, found)
+        raise RecordingError(
+            f"{folder}: nothing is identified, so no simulation file was written; see the notes above."
+        )
     out.parent.mkdir(parents=True, exist_ok=True)
-    to_simulation(found, method).save(out)
+    simulation.save(out)
     summary = to_json(found) | {"model": str(out), "method": method}
     if report is not None:
         from bench.identification.report import write_report
@@ -155,7 +162,7 @@ def _with_progress(folder: Path, options: Options, console: Console) -> Identifi
 
 
 def _print(console: Console, found: Identification, out: Path, report: Path | None) -> None:
-    from bench.identification.summary import doubtful, parameters, verdict
+    from bench.identification.summary import parameters, verdict
     from bench.identification.tables import error_table, parameter_table
 
     if found.scores:
@@ -166,15 +173,22 @@ def _print(console: Console, found: Identification, out: Path, report: Path | No
     if new:
         listed = ", ".join(f"{p.order} ({p.part}, {1e6 * p.amplitude:.2f} µrad)" for p in new[:12])
         console.print(f"Orders that stand out and are not used ({len(new)}): {listed}", markup=False)
-    for sentence in (*doubtful(found).values(), *found.sentences):
-        console.print(f"• {line(sentence)}", markup=False)
-    for skipped in found.skipped[:20]:
-        console.print(f"• {line(skipped.why)}", markup=False)
-    if len(found.skipped) > 20:
-        console.print(f"• … and {len(found.skipped) - 20} more in the summary (--json).")
+    _print_notes(console, found)
     if found.scores:
         console.print(verdict(found), markup=False)
     console.print(
         f"Simulation file: [bold]{escaped(out)}[/]"
         + (f", report: [bold]{escaped(report / 'report.html')}[/]" if report else "")
     )
+
+
+def _print_notes(console: Console, found: Identification) -> None:
+    """What was not identified or is doubtful, and which recordings were not used, a sentence each."""
+    from bench.identification.summary import doubtful
+
+    for sentence in (*doubtful(found).values(), *found.sentences):
+        console.print(f"• {line(sentence)}", markup=False)
+    for skipped in found.skipped[:20]:
+        console.print(f"• {line(skipped.why)}", markup=False)
+    if len(found.skipped) > 20:
+        console.print(f"• … and {len(found.skipped) - 20} more in the summary (--json).")

@@ -51,7 +51,7 @@ def investigate(
         bool,
         typer.Option("--plan-only", help="Design the next experiment and print what it should decide; run nothing."),
     ] = False,
-    seed: Annotated[int, typer.Option(help="Seed of the emulated plant's noise.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the emulated plant's noise.")] = 0,
     conceal: Annotated[
         int | None, typer.Option(min=0, help="Seed of the plant, as bench run had it for the folder.")
     ] = None,

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from bench.campaigns.taken import Summary
-    from bench.configuration import BenchFile
 
 _HELP = f"""Run a campaign on a bench and write one HDF5 recording per point.
 
@@ -51,7 +50,7 @@ def run(
     resume: Annotated[
         bool, typer.Option("--resume", help="Give torque again after a stop that was acknowledged and reset.")
     ] = False,
-    seed: Annotated[int, typer.Option(help="Seed of the emulated plant's noise.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the emulated plant's noise.")] = 0,
     conceal: Annotated[
         int | None,
         typer.Option(min=0, help="Seed of a plant with concealed physics; bench prove --open reveals it."),
@@ -73,12 +72,14 @@ def run(
     from bench.campaigns import load_campaign, make_plan
     from bench.campaigns.execution.session import run_campaign
     from bench.campaigns.operator.directions import Directions
+    from bench.campaigns.records.journal import require_same
     from bench.cli._operator import somebody
     from bench.cli._progress import ProgressListener
     from bench.cli._twin import say_seen, watched_by
     from bench.cli.plan import print_plan
     from bench.configuration import concealing, load_bench, on_interface
     from bench.locks import bus_in_use, service_for
+    from bench.proof.seal import opened, require_same_seal, seal
     from bench.service.client import Client
 
     console = PlainConsole(stderr=as_json)
@@ -94,16 +95,24 @@ def run(
         from bench.cli._joined import run_joined
 
         raise typer.Exit(run_joined(Client.at(address), campaign, out, real_time, seed, as_json, twin, twin_pause))
+    if twin is not None:
+        from bench.twin.companion import require_model
+
+        require_model(twin)
     folder = out or Path("recordings") / f"{loaded.name}-{time.strftime('%Y%m%d-%H%M%S')}"
+    digest = None if conceal is None else opened(file, conceal)[1]
+    require_same_seal(folder, digest)
     if conceal is not None:
-        hidden = concealing(file, conceal)
-        _seal(file, conceal, folder)
-        file = hidden
+        # a folder of another campaign is refused by the run as well, but only when it has its seal
+        require_same(folder, loaded, file)
+        file = concealing(file, conceal)
     plan = make_plan(loaded, file.configuration)
     if not as_json:
         print_plan(plan, console, rows=len(plan.tasks) <= 12)
         console.print(f"Recordings go to [bold]{escaped(folder)}[/]. Ctrl-C brings the bench to rest.", soft_wrap=True)
     by = somebody(file.configuration, "resume", "May the bench move again?") if resume else None
+    if digest is not None:
+        seal(folder, digest)
     began = time.monotonic()
     directions, keeps_pace = Directions(), real_time or not file.configuration.bus.in_process
     with watched_by(twin, folder, directions if twin_pause else None, console, keeps_pace) as heard:
@@ -120,13 +129,6 @@ def run(
         say_seen(heard, console)
         _print(summary, folder, picture, wall, console)
     raise typer.Exit(_exit_code(summary))
-
-
-def _seal(file: BenchFile, seed: int, folder: Path) -> None:
-    """Write the hash of what is concealed beside the recordings, before anything is run."""
-    from bench.proof.seal import opened, seal
-
-    seal(folder, opened(file, seed)[1])
 
 
 def _exit_code(summary: Summary) -> ExitCode:

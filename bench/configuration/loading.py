@@ -11,9 +11,13 @@ from importlib import resources
 from pathlib import Path
 
 from pydantic import ValidationError
+from pydantic_core import ErrorDetails
 
 from bench.configuration.model import BenchConfiguration
 from bench.errors import ConfigurationError
+
+Location = tuple[int | str, ...]
+"""Keys, and places in lists from 0, that lead to a value of a file."""
 
 _SHIPPED = resources.files("bench.configuration") / "benches"
 
@@ -131,22 +135,48 @@ _REASONS: dict[str, str] = {
 
 def explain(error: ValidationError, origin: str) -> str:
     """Turn a validation error into one sentence: file, key, value, reason, what would be right."""
-    details = error.errors(include_url=False)
+    details = _made_by_the_user(error.errors(include_url=False))
     # a misspelt key shows up twice, as missing and as unknown: the unknown one says more
     first = min(details, key=lambda detail: detail["type"] != "extra_forbidden")
+    meant = _meant(details)
     key = _key(first["loc"])
     reason = _REASONS.get(first["type"], first["msg"].removeprefix("Value error, "))
-    if first["type"] == "extra_forbidden":
-        absent = [str(d["loc"][-1]) for d in details if d["type"] == "missing" and d["loc"][:-1] == first["loc"][:-1]]
-        for meant in get_close_matches(str(first["loc"][-1]), absent, n=1, cutoff=0.5):
-            reason = f'there is no such key, "{meant}" is missing and may be meant'
+    if first["loc"] in meant:
+        reason = f'there is no such key, "{meant[first["loc"]]}" is missing and may be meant'
     value = first["input"]
     shown = "" if first["type"] == "missing" or isinstance(value, dict) else f" = {_shortened(value)}"
-    more = f" (and {len(details) - 1} more)" if len(details) > 1 else ""
+    others = len(details) - len(meant) - 1
+    more = f" (and {others} more)" if others else ""
     return ": ".join(part for part in (origin, f"{key}{shown}", f"{reason}{more}") if part)
 
 
-def _key(location: tuple[int | str, ...]) -> str:
+def _made_by_the_user(details: list[ErrorDetails]) -> list[ErrorDetails]:
+    """Leave out what only follows: a list whose entry is wrong counts as too short as well, and so do those above."""
+    return [
+        detail
+        for detail in details
+        if not any(
+            len(other["loc"]) > len(detail["loc"]) and other["loc"][: len(detail["loc"])] == detail["loc"]
+            for other in details
+        )
+    ]
+
+
+def _meant(details: list[ErrorDetails]) -> dict[Location, str]:
+    """The missing key that each unknown key may stand for, by the unknown one's location."""
+    absent = [detail["loc"] for detail in details if detail["type"] == "missing"]
+    found: dict[Location, str] = {}
+    for detail in details:
+        if detail["type"] != "extra_forbidden":
+            continue
+        beside = [str(loc[-1]) for loc in absent if loc[:-1] == detail["loc"][:-1]]
+        for name in get_close_matches(str(detail["loc"][-1]), beside, n=1, cutoff=0.5):
+            found[detail["loc"]] = name
+            absent.remove((*detail["loc"][:-1], name))
+    return found
+
+
+def _key(location: Location) -> str:
     key = ""
     for part in location:
         key += f"[{part + 1}]" if isinstance(part, int) else f".{part}" if key else str(part)

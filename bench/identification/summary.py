@@ -93,6 +93,11 @@ def to_simulation(found: Identification, method: str = "refined") -> Simulation:
     return simulation
 
 
+def has_numbers(simulation: Simulation) -> bool:
+    """Whether a simulation file says anything: a parameter's value, or coefficients of the transmission error."""
+    return any(term.parameters or term.coefficients is not None for term in simulation.terms.values())
+
+
 def better_on_validation(found: Identification) -> bool | None:
     """Whether ``refined`` beats ``paper`` on the validation points (mean RMSE, both directions); None without any."""
     rows = [s for s in found.scores if s.kind == "validation"]

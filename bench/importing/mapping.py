@@ -176,9 +176,10 @@ class Mapping(Strict):
             if kind not in KINDS:
                 raise ValueError(f"kind '{kind}' should be one of {', '.join(KINDS)}")
         for recording in self.recordings:
-            names = self.channels.keys() | recording.channels.keys() | self.aux.keys()
+            names = self.channels.keys() | recording.channels.keys()
             if "time" not in names or len(names) < 2:
-                raise ValueError("channels should hold 'time' and at least one measured channel")
+                alone = "; [aux.NAME] alone is none" if self.aux else ""
+                raise ValueError(f"channels should hold 'time' and at least one measured channel{alone}")
         for name in self.aux:
             if not _AUX_NAME.fullmatch(name):
                 raise ValueError(f"aux.{name} should have a name of letters, digits and _ . - only")

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.errors import ConfigurationError, RecordingError
+from bench.importing.axis import mixture
 from bench.importing.channel import LINEAR, Channel, fill_missing, read_channel
 from bench.importing.channel_mapping import ChannelMapping
 from bench.importing.clock import read_clock
@@ -81,7 +82,7 @@ def read_table(mapping: Mapping, wanted: Table[str, ChannelMapping], files: File
     }
     size = next(channel.raw.size for channel in read.values())
     clock = read_clock(wanted["time"], files, keys["time"], size)
-    table = ChannelTable({}, clock.started_at, _is_linear(read, where, linear), list(clock.notes))
+    table = ChannelTable({}, clock.started_at, _is_linear(read, wanted, where, linear), list(clock.notes))
     table.channels["time"] = clock.channel
     own_clocks = {name: entry for name, entry in others.items() if entry.time is not None}
     table.channels.update({name: channel for name, channel in read.items() if name not in own_clocks})
@@ -99,9 +100,12 @@ def _key(name: str) -> str:
     return name.replace("/", ".", 1) if name.startswith("aux/") else f"channels.{name}"
 
 
-def _is_linear(read: dict[str, Channel], where: str, linear: bool | None) -> bool:
+def _is_linear(read: dict[str, Channel], wanted: Table[str, ChannelMapping], where: str, linear: bool | None) -> bool:
     """Whether the units are those of a linear axis; refuse a mixture of both."""
     units = {name: channel.spec.unit for name, channel in read.items() if name in BY_NAME}
+    mixed = mixture({name: (unit, wanted[name].unit) for name, unit in units.items()})
+    if mixed is not None:
+        raise ConfigurationError(f"{where}: {mixed}.")
     metric = [name for name, unit in units.items() if unit in LINEAR.values()]
     turning = [name for name, unit in units.items() if unit in LINEAR]
     if metric and turning:

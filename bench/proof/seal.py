@@ -14,6 +14,7 @@ from typing import Any
 
 from bench.configuration import BenchFile, concealing
 from bench.errors import ConfigurationError, ProofError
+from bench.whole import write_whole
 
 TRUTHS = "truth"
 ENTRY_POINT_GROUP = "bench.sealed"
@@ -100,9 +101,46 @@ def hash_of(content: dict[str, Any]) -> str:
 
 
 def seal(folder: Path, digest: str) -> None:
-    """Write the hash beside recordings."""
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / SEAL).write_text(f"{digest}\n", encoding="utf-8")
+    """Write the hash beside recordings; one that is there is never replaced.
+
+    Raises
+    ------
+    ConfigurationError
+        As :func:`require_same_seal` does.
+    """
+    require_same_seal(folder, digest)
+    if not (folder / SEAL).exists():
+        folder.mkdir(parents=True, exist_ok=True)
+        write_whole(folder / SEAL, f"{digest}\n")
+
+
+def require_same_seal(folder: Path, digest: str | None) -> None:
+    """Refuse a folder whose recordings are of another plant than a run would have; nothing is written.
+
+    ``digest`` is the hash of what the run conceals, None for a run that conceals nothing.
+
+    Raises
+    ------
+    ConfigurationError
+        The folder has the seal of another seed, a seal that this run would not have, or recordings without a seal.
+    """
+    path = folder / SEAL
+    if path.is_file():
+        if digest is None:
+            raise ConfigurationError(
+                f"{folder} is sealed ({SEAL}), its plant has concealed physics; give the same --conceal as before, or "
+                "another folder with --out"
+            )
+        if path.read_text(encoding="utf-8").strip() != digest:
+            raise ConfigurationError(
+                f"{folder} is sealed ({SEAL}) with another hash than this bench has with this --conceal; give the same "
+                "--conceal and --bench as before, or another folder with --out"
+            )
+    elif digest is not None and any(folder.glob("*.h5*")):
+        raise ConfigurationError(
+            f"{folder} holds recordings that were made without --conceal; leave it out, or give another folder with "
+            "--out"
+        )
 
 
 def unbroken(folder: Path, digest: str) -> bool:

@@ -41,6 +41,8 @@ _LOOKS = 5
 @contextmanager
 def open_file(path: Path) -> Iterator[h5py.File]:
     """Open an HDF5 file for reading, without locking it, or raise a :class:`RecordingError`."""
+    if path.is_dir():
+        raise RecordingError(f"{path}: is a folder, it should be a recording; {_recording_in(path)}.")
     if not path.is_file():
         raise RecordingError(f"{path}: there is no such file.")
     try:
@@ -49,6 +51,12 @@ def open_file(path: Path) -> Iterator[h5py.File]:
         raise RecordingError(f"{path}: not a readable HDF5 file ({hdf5_reason(error)}).") from error
     with file:
         yield file
+
+
+def _recording_in(folder: Path) -> str:
+    """Half a sentence that names a recording of a folder."""
+    first = min((path.name for path in folder.glob("*.h5")), default=None)
+    return "no file in it is called NAME.h5" if first is None else f"name a file in it, such as {folder / first}"
 
 
 def _open(path: Path) -> h5py.File:
@@ -64,7 +72,9 @@ def _open(path: Path) -> h5py.File:
 
 def hdf5_reason(error: Exception) -> str:
     """Take the innermost reason, the one in parentheses, from an HDF5 error text."""
-    message = str(error).strip().rstrip(".")
+    # the text of a KeyError is in quotation marks
+    text = error.args[0] if isinstance(error, KeyError) and error.args else error
+    message = str(text).strip().rstrip(".")
     return message[message.rfind("(") + 1 :].rstrip(")") if "(" in message else message
 
 

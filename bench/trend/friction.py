@@ -1,4 +1,4 @@
-"""Friction at reference points, each with its own standard deviation.
+"""Friction at the speeds and temperatures a campaign measured without load, each with its own standard deviation.
 
 The torque balance is linear, so it is fitted once more a point with the friction there in place of f_c: with
 F = f_c + f_v·ω₀ + f_vT·ω₀·(T₀ − 25 °C) the columns of f_v and f_vT become ω − d·ω₀ and ω·(T − 25) − d·ω₀·(T₀ − 25). The
@@ -21,40 +21,51 @@ from bench.identification.balances.slow_equations import (
 from bench.identification.samples.reduction import Reduction
 from bench.identification.samples.rows import Rows
 from bench.identification.statistics.regression import regress
-from bench.trend.quantities import SPEED_MARGIN, TEMPERATURE_MARGIN_K, TORQUE_MARGIN_NM, Value
+from bench.trend.quantities import SPEED_MARGIN, TORQUE_MARGIN_NM, Value
 
 FloatArray = NDArray[np.float64]
 
-SPEEDS_DEG_S = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
-"""Of the load side, degrees a second."""
-TEMPERATURES_DEGC = (20.0, 30.0, 40.0, 50.0)
+LEAST_SHARE = 0.002
+"""Share of the samples without load at a constant speed that a speed and a temperature have at least."""
 
 
 def reference_friction(reductions: Sequence[Reduction], ratio: float) -> dict[tuple[float, float], Value]:
-    """Return friction without load in N·m at the motor by (speed °/s of the load side, temperature °C).
+    """Return friction without load in N·m at the motor by (speed °/s of the load side, temperature in whole °C).
 
-    Only points within what recordings measured are there, heating left out; none where a temperature is missing.
+    Only points that were measured are there: without load, at a constant speed, at that temperature. Heating is left
+    out; there are none where a temperature is missing.
     """
     slow = [r for r in reductions if r.kind != HEATING and not r.validation]
     rows = friction_rows(slow)
     good = np.isfinite(rows.torque) & np.isfinite(rows.temperature) & np.isfinite(rows.motor_torque)
-    if not good.any():
-        return {}
     # ramps pass through speeds that nobody measured at
-    even = good & (rows.acceleration == 0.0)
-    speed = np.degrees(np.abs(rows.omega[even if even.any() else good])) / ratio
-    least, most = np.percentile(speed, (2.0, 98.0))
-    cold, warm = np.percentile(rows.temperature[good], (2.0, 98.0))
+    even = good & (rows.acceleration == 0.0) & (rows.size * ratio <= TORQUE_MARGIN_NM)
+    speed = np.degrees(np.abs(rows.omega[even])) / ratio
     found = {}
-    for at in SPEEDS_DEG_S:
-        for temperature in TEMPERATURES_DEGC:
-            within = least / SPEED_MARGIN <= at <= most * SPEED_MARGIN
-            if within and cold - TEMPERATURE_MARGIN_K <= temperature <= warm + TEMPERATURE_MARGIN_K:
-                omega = float(np.radians(at)) * ratio
-                value = _friction_at(rows, good, omega, temperature, ratio)
-                if value is not None:
-                    found[at, temperature] = value
+    for at, temperature in _measured_points(speed, rows.temperature[even]):
+        value = _friction_at(rows, good, float(np.radians(at)) * ratio, temperature, ratio)
+        if value is not None:
+            found[at, temperature] = value
     return found
+
+
+def _measured_points(speed: FloatArray, temperature: FloatArray) -> list[tuple[float, float]]:
+    """Round speeds (°/s) and whole temperatures (°C) at which samples (n,) of both are, in order."""
+    moving = speed > 0.0
+    speed, temperature = speed[moving], temperature[moving]
+    if not speed.size:
+        return []
+    rounded = _round_speeds(speed)
+    near = np.maximum(speed / rounded, rounded / speed) <= SPEED_MARGIN
+    pairs = np.stack((rounded[near], np.round(temperature[near])), axis=1)
+    points, counts = np.unique(pairs, axis=0, return_counts=True)
+    return [(float(at), float(warm)) for at, warm in points[counts >= LEAST_SHARE * speed.size]]
+
+
+def _round_speeds(speed: FloatArray) -> FloatArray:
+    """The nearest of 1, 1.05, 1.1 … 9.9, 9.95 times a power of ten: what somebody asks a bench for."""
+    power = 10.0 ** np.floor(np.log10(speed))
+    return np.asarray(np.round(20.0 * speed / power) * power / 20.0)
 
 
 def _friction_at(rows: Rows, good: NDArray[np.bool_], omega: float, temperature: float, ratio: float) -> Value | None:

@@ -26,7 +26,7 @@ from bench.whole import write_whole
 
 FOLDER = ".identified"
 FORMAT = "bench-trend"
-VERSION = 2
+VERSION = 3
 _TERMS = {"f_l": "friction.load_dependent", "R": "thermal.convection", "C": "thermal.loss_heating"}
 
 

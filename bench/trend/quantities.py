@@ -19,9 +19,10 @@ FloatArray = NDArray[np.float64]
 
 TORQUE_MARGIN_NM = 50.0
 """Torques this near to none count as none."""
-SPEED_MARGIN = 1.25
+SPEED_MARGIN = 1.01
 """A reference speed counts as measured if recordings are as fast, and as slow, within this factor."""
-TEMPERATURE_MARGIN_K = 3.0
+TEMPERATURE_MARGIN_K = 0.5
+"""A reference temperature is a whole °C and counts as measured if recordings, rounded to whole °C, have it."""
 
 
 @dataclass(frozen=True, slots=True)

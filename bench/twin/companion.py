@@ -18,6 +18,22 @@ Message = dict[str, Any]
 KILL_S = 2.0
 
 
+def require_model(model: Path) -> None:
+    """Refuse a model that no twin can watch with, before anything is planned or run.
+
+    Raises
+    ------
+    ConfigurationError
+        There is no such file, or it is no simulation file.
+    """
+    # a service whose runs have no twin does without the numeric library
+    from bench.simulation.model import Simulation
+
+    if not model.is_file():
+        raise ConfigurationError(f"{model}: there is no such model; bench identify writes one")
+    Simulation.load(model)
+
+
 class Companion:
     """The process of a twin.
 
@@ -38,12 +54,7 @@ class Companion:
     def __init__(
         self, model: Path, folder: Path, job: Path, hear: Callable[[Message], None], nice: int = LOWEST
     ) -> None:
-        # a service whose runs have no twin does without the numeric library
-        from bench.simulation.model import Simulation
-
-        if not model.is_file():
-            raise ConfigurationError(f"{model}: there is no such model; bench identify writes one")
-        Simulation.load(model)
+        require_model(model)
         self._hear = hear
         self.last: Message = {}
         job.parent.mkdir(parents=True, exist_ok=True)

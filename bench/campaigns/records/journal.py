@@ -14,7 +14,7 @@ import sqlite3
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from dataclasses import replace
-from hashlib import sha256
+from hashlib import pbkdf2_hmac, sha256
 from pathlib import Path
 from types import TracebackType
 
@@ -29,6 +29,8 @@ from bench.recording.repairing import repair
 
 NAME, LOCK = "journal.sqlite", "journal.lock"
 _BEGUN = "begun"
+_SLOW = 20_000
+"""rounds of the hash of a plant's name: some 10 ms"""
 _SCHEMA = """
 CREATE TABLE IF NOT EXISTS campaign (key TEXT PRIMARY KEY, value TEXT NOT NULL);
 CREATE TABLE IF NOT EXISTS takes (
@@ -70,6 +72,18 @@ def _claims(campaign: Campaign, file: BenchFile) -> tuple[tuple[str, str, str], 
         ("campaign", campaign_digest(campaign), f'campaign "{campaign.name}" as it is now'),
         ("bench", file.digest, f'the configuration of bench "{file.configuration.name}" as it is now'),
     )
+
+
+def _claim_of_plant(file: BenchFile) -> tuple[tuple[str, str, str], ...]:
+    """What plays an emulated bench, which its text does not say where physics is concealed.
+
+    The name of such a plant has its seed in it: only a hash is kept, made slow so that no seed is found by trying.
+    """
+    plant = file.configuration.bus.plant
+    if plant is None:
+        return ()
+    hashed = pbkdf2_hmac("sha256", plant.encode(), file.digest.encode(), _SLOW)
+    return (("plant", hashed.hex(), "the plant that plays the bench now (--conceal)"),)
 
 
 def _wrong_folder_error(folder: Path, what: str) -> ConfigurationError:
@@ -126,7 +140,8 @@ class Journal:
     Raises
     ------
     ConfigurationError
-        If the folder holds another campaign or one of another bench configuration: points would be mixed.
+        If the folder holds another campaign, one of another bench configuration, or of another plant: points would be
+        mixed.
     DeviceError
         If another run works in the folder.
     """
@@ -142,7 +157,7 @@ class Journal:
             os.close(self._lock)
             raise
         try:
-            for key, digest, what in _claims(campaign, file):
+            for key, digest, what in (*_claims(campaign, file), *_claim_of_plant(file)):
                 if self.remember(key, digest) != digest:
                     raise _wrong_folder_error(folder, what)
             self._settle()

@@ -40,6 +40,20 @@ def coarse_clock(found: Inventory, meanings: Mapping[str, Meaning]) -> Column | 
     return None
 
 
+def why_no_clock(found: Inventory, meanings: Mapping[str, Meaning]) -> str:
+    """Say why no column is the time: one that is called so runs backwards, stands still or holds no number."""
+    for column in found.columns:
+        if meanings[column.name].quantity != "time" or column.empty:
+            continue
+        backwards = np.flatnonzero(np.diff(column.seconds) < 0.0)
+        if backwards.size:
+            place = found.location(column, int(backwards[0]) + 1)
+            return f"'{column.name}' is no time, it runs backwards from {place} on"
+        if column.constant:
+            return f"'{column.name}' is no time, it is {column.span[0]:g} in all samples"
+    return "no column is a time"
+
+
 def rate_entry(coarse: Column) -> dict[str, Entry]:
     """The rate of samples whose stamps are coarser than they are."""
     unit_in_file = split_unit(coarse.variable.name)[1] or coarse.variable.unit

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.importing.axis import mixture
 from bench.importing.channel import LINEAR
-from bench.importing.looking.clocks import clock_of, coarse_clock, rate_entry
+from bench.importing.looking.clocks import clock_of, coarse_clock, rate_entry, why_no_clock
 from bench.importing.looking.entries import Draft, Entry
 from bench.importing.looking.guesses import (
     overflow,
@@ -106,7 +107,7 @@ def _time_entries(found: Inventory, time: Column | None, meanings: dict[str, Mea
         rates = [column.variable.rate for column in found.columns if column.variable.rate]
         if rates:
             return {"rate": Entry(max(rates), f"Hz, {_FROM_FILE}")}
-        return {"rate": Entry(OPEN, "samples per second: no column is a time", sure=False)}
+        return {"rate": Entry(OPEN, f"samples per second: {why_no_clock(found, meanings)}", sure=False)}
     entries = _place(time)
     if not time.stamps and meanings[time.name].quantity != "time" and time.variable.clock is None:
         next(iter(entries.values())).why = f"{_GUESS}, it rises as a clock does"
@@ -191,7 +192,10 @@ def _gearbox(out: Draft, taken: dict[str, Column], motion: Motion) -> None:
     units = {name: si_of(motion.meanings[column.name].unit) for name, column in taken.items()}
     # the angle says what kind of axis it is: a cylinder's force acts on a joint by a lever
     turning = any(units.get(name) == "rad" for name in ("motor_angle", "load_angle"))
-    if not turning and any(units[name] in LINEAR.values() for name in units):
+    mixed = mixture({name: (si, motion.meanings[taken[name].name].unit) for name, si in units.items()})
+    if mixed is not None:
+        out.remarks.append(mixed)
+    elif not turning and any(units[name] in LINEAR.values() for name in units):
         out.tables["gearbox"] = {"ratio": Entry(1.0, "a linear axis"), "axis": Entry("linear", "from the units")}
         return
     if turning and units.get("motor_torque") == "N":
@@ -248,6 +252,11 @@ def _further(out: Draft, column: Column, column_meaning: Meaning) -> None:
     if column_meaning.unit and si_of(column_meaning.unit):
         entries["unit"] = Entry(column_meaning.unit, _FROM_FILE)
     out.tables[table] = entries
+    channel = channel_of(column_meaning)
+    if not column.constant and not column_meaning.setpoint and not column.stamps:
+        out.spare[table] = column_meaning.quantity
+    elif column.constant and channel is not None:
+        out.still.setdefault(channel, (column.name, column.span[0]))
     out.channel_by_column[column.name] = table.replace("aux.", "aux/").removeprefix("channels.")
 
 

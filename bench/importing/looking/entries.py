@@ -16,6 +16,8 @@ NEEDED = {
     "the motor's torque, force or current": ("motor_torque",),
 }
 """what the analysis needs at least, and the channels of which one says it"""
+_QUANTITIES = {"motor_angle": ("angle", "velocity"), "motor_torque": ("torque", "current")}
+"""quantities that a column may be of to be a channel that is needed"""
 
 
 @dataclass(slots=True)
@@ -35,6 +37,12 @@ class Draft:
     channel_by_column: dict[str, str] = field(default_factory=dict)
     time: Column | None = None
     rate: float | None = None
+    spare: dict[str, str] = field(default_factory=dict)
+    """tables of columns that change and are no channel, with the quantity each seems to be of ("": not known)"""
+    still: dict[str, tuple[str, float]] = field(default_factory=dict)
+    """channels of which the only column is constant, with its name and its value in the file's unit"""
+    remarks: list[str] = field(default_factory=list)
+    """sentences of what does not go together in the file"""
 
     def open(self) -> list[str]:
         """Keys that are still open."""
@@ -42,14 +50,34 @@ class Draft:
 
     def lacking(self) -> list[str]:
         """Sentences of what the analysis needs and no column was taken for: both angles do without a torque."""
-        both = {"channels.motor_angle", "channels.load_angle"} <= self.tables.keys()
-        spare = next((table for table in self.tables if table.startswith("aux.")), "aux.NAME")
-        return [
-            f"no column was taken for {what}, which the analysis needs: the table of the right one should be renamed,"
-            f" as [{spare}] to [channels.{names[0]}], and its unit given"
-            for what, names in NEEDED.items()
-            if not both and not any(f"channels.{name}" in self.tables for name in names)
-        ]
+        if {"channels.motor_angle", "channels.load_angle"} <= self.tables.keys():
+            return []
+        sentences: list[str] = []
+        advised: set[str] = set()
+        for what, names in NEEDED.items():
+            if any(f"channels.{name}" in self.tables for name in names):
+                continue
+            still = next((self.still[name] for name in names if name in self.still), None)
+            if still is not None:
+                why = f"'{still[0]}' is {still[1]:g} in all samples, so nothing was measured there"
+            else:
+                table = self._spare_for(names[0], advised)
+                advised.add(table)
+                why = (
+                    f"the table of the right one should be renamed, as [{table}] to [channels.{names[0]}], and its unit"
+                    " given"
+                )
+            sentences.append(f"no column was taken for {what}, which the analysis needs: {why}")
+        return sentences
+
+    def _spare_for(self, channel: str, advised: set[str]) -> str:
+        """The table that may be the one of a channel: of its quantity, or else of none that is known."""
+        left = {table: quantity for table, quantity in self.spare.items() if table not in advised}
+        for fits in (_QUANTITIES[channel], ("",)):
+            for table, quantity in left.items():
+                if quantity in fits:
+                    return table
+        return "aux.NAME"
 
     def entries(self) -> dict[str, Entry]:
         """All values by key."""
@@ -76,7 +104,7 @@ class Draft:
 
     def text(self) -> str:
         """The mapping as TOML, each guess with a remark."""
-        lines = [f"# {why}" for why in self.lacking()]
+        lines = [f"# {why}" for why in (*self.lacking(), *self.remarks)]
         for table, table_entries in self.tables.items():
             if table:
                 lines += ["", f"[[{table}]]" if table == "recordings" else f"[{table}]"]

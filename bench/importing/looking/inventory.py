@@ -67,6 +67,12 @@ class Column:
         return not self.stamps and math.isnan(self.span[0])
 
     @property
+    def missing(self) -> NDArray[np.int64]:
+        """Indices of samples that are no number: NaN, inf, or a stamp that is not there."""
+        lost = np.isnat(self.values) if self.stamps else ~np.isfinite(self.seconds)
+        return np.asarray(np.flatnonzero(lost), dtype=np.int64)
+
+    @property
     def constant(self) -> bool:
         """Whether all its numbers are the same: nothing was measured there."""
         return self.span[0] == self.span[1]
@@ -85,6 +91,22 @@ class Inventory:
     columns: tuple[Column, ...]
     constants: dict[str, float]
     others: tuple[tuple[Variable, str], ...]
+
+    def location(self, column: Column, index: int) -> str:
+        """Say where sample ``index`` (from 0) of a column stands."""
+        # the source is the first of several files
+        return f"index {index} of {column.file}" if column.file else self.source.location(index)
+
+    def missing_samples(self) -> list[str]:
+        """A sentence for each column, empty ones apart, in which samples are no number: how many, and the first."""
+        return [
+            f"{column.name}: {lost.size} of {column.values.size} samples {'is' if lost.size == 1 else 'are'} no number "
+            f"(NaN, inf or empty), the first in {self.location(column, int(lost[0]))}"
+            for column in self.columns
+            if not column.empty
+            for lost in [column.missing]
+            if lost.size
+        ]
 
 
 def take_inventory(file: str | Path, options: TextOptions | None = None) -> Inventory:

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -109,6 +110,17 @@ def test_a_script_may_do_what_the_bench_file_names_and_no_more(
     assert json.loads(done.output)["standing"] == "acknowledged"
     refused = runner.invoke(app, ["reset", str(stopped), "--bench", str(path)])
     assert isinstance(refused.exception, LimitError)
+
+
+@pytest.mark.parametrize("text", ["the journal is not readable.", "the journal is not readable"])
+def test_the_question_before_a_stop_is_acknowledged_has_one_full_stop(
+    text: str, file: BenchFile, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    acts.latch_of(file, tmp_path).stopped("operator", text, datetime.now(UTC))
+    asked: list[str] = []
+    monkeypatch.setattr("bench.cli._operator.somebody", lambda _bench, _act, question: asked.append(question) or "me")
+    assert CliRunner().invoke(make_app(), ["acknowledge", str(tmp_path)]).exit_code == 0
+    assert asked == ["The bench was stopped: the journal is not readable. Acknowledge?"]
 
 
 def test_without_a_folder_an_emulated_run_is_asked_for() -> None:

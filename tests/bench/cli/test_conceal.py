@@ -9,6 +9,8 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
+from bench.campaigns import load_campaign
+from bench.campaigns.records.journal import Journal
 from bench.cli.app import make_app
 from bench.configuration import concealing, load_bench
 from bench.errors import ConfigurationError, ProofError
@@ -83,3 +85,57 @@ def test_the_service_s_run_process_plays_the_plant_of_its_job(tmp_path: Path) ->
 def test_only_an_emulated_bench_conceals() -> None:
     with pytest.raises(ConfigurationError, match="emulated plant only"):
         concealing(load_bench("rh380n-wire"), 1)
+
+
+def make(folder: Path, tmp_path: Path, *more: str) -> Any:
+    """Run the small campaign into a folder."""
+    campaign = tmp_path / "one.toml"
+    campaign.write_text(CAMPAIGN, encoding="utf-8")
+    return call("run", str(campaign), "--out", str(folder), "--json", *more)
+
+
+def content_of(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def test_a_folder_keeps_the_seal_of_its_recordings(tmp_path: Path) -> None:
+    folder = tmp_path / "hidden"
+    assert make(folder, tmp_path, "--conceal", str(SEED)).exit_code == 0
+    before = content_of(folder)
+    with pytest.raises(ConfigurationError, match=r"hidden is sealed \(concealed.sha256\) with another hash"):
+        make(folder, tmp_path, "--conceal", str(SEED + 1))
+    with pytest.raises(ConfigurationError, match=r"hidden is sealed.*give the same --conceal as before"):
+        make(folder, tmp_path)
+    assert content_of(folder) == before
+    assert make(folder, tmp_path, "--conceal", str(SEED)).exit_code == 0
+    assert call("prove", "--open", str(SEED), "--sealed", str(folder)).exit_code == 0
+
+
+def test_recordings_made_without_concealment_get_no_seal(tmp_path: Path) -> None:
+    folder = tmp_path / "plain"
+    folder.mkdir()
+    (folder / "0001-reversal.h5.part").write_bytes(b"")
+    with pytest.raises(ConfigurationError, match="plain holds recordings that were made without --conceal"):
+        make(folder, tmp_path, "--conceal", str(SEED))
+    assert [path.name for path in folder.iterdir()] == ["0001-reversal.h5.part"]
+
+
+def test_a_folder_of_another_campaign_is_not_sealed(tmp_path: Path) -> None:
+    folder = tmp_path / "other"
+    with Journal(folder, load_campaign("quick"), load_bench("rh380n")):
+        pass
+    with pytest.raises(ConfigurationError, match='not made with campaign "one" as it is now'):
+        make(folder, tmp_path, "--conceal", str(SEED))
+    assert not (folder / SEAL).exists()
+
+
+def test_a_journal_is_of_one_plant_and_does_not_name_it(tmp_path: Path) -> None:
+    campaign, bench = load_campaign("quick"), load_bench("rh380n")
+    with Journal(tmp_path, campaign, concealing(bench, SEED)):
+        pass
+    for other in (bench, concealing(bench, SEED + 1)):
+        with pytest.raises(ConfigurationError, match="the plant that plays the bench now"):
+            Journal(tmp_path, campaign, other)
+    with Journal(tmp_path, campaign, concealing(bench, SEED)):
+        pass
+    assert not any(b"conceal" in content for content in content_of(tmp_path).values())

@@ -10,9 +10,10 @@ import typer
 from typer.testing import CliRunner
 
 from bench.cli import compare, compensate, identify
-from bench.errors import BenchError
+from bench.errors import BenchError, RecordingError
 from bench.simulation import Simulation
 from tests.bench.identification.synthetic import Bench, true_model
+from tests.bench.importing import builders
 
 RUNNER = CliRunner()
 
@@ -135,3 +136,14 @@ def test_compensate_refuses_a_wrong_loop(text: str, tmp_path: Path) -> None:
     Simulation.nominal().save(tmp_path / "m.json")
     with pytest.raises(BenchError, match="--loop"):
         RUNNER.invoke(_app(), ["compensate", str(tmp_path / "m.json"), "--loop", text], catch_exceptions=False)
+
+
+def test_recordings_of_which_nothing_is_identified_give_no_simulation_file(tmp_path: Path) -> None:
+    model = tmp_path / "model.json"
+    builders.csv(tmp_path / "a.csv", t=np.arange(500) / 100, i=np.ones(500))
+    builders.one(tmp_path, 'motor_torque = {variable = "i", unit = "N*m"}')
+    done = RUNNER.invoke(_app(), ["identify", str(tmp_path / "out"), "--out", str(model), "--jobs", "1"])
+    assert isinstance(done.exception, RecordingError)
+    assert "nothing is identified, so no simulation file was written" in str(done.exception)
+    assert "Friction is not identified" in done.output
+    assert not model.exists()

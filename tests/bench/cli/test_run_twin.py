@@ -11,6 +11,7 @@ from bench.cli._twin import TwinMessages, say_seen, watched_by
 from bench.cli.run import run
 from bench.errors import ConfigurationError
 from bench.service.client import Refused, _analysis
+from tests.program import bench
 
 
 def test_a_pause_without_a_twin_is_refused(tmp_path: Path) -> None:
@@ -27,6 +28,23 @@ def test_a_model_that_is_not_there_is_refused_before_anything_is_done(tmp_path: 
     ):
         reached = True
     assert not reached
+
+
+def test_a_model_that_is_not_there_is_refused_before_the_plan_is_printed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = bench(["run", "quick", "--out", "run", "--twin", "nothere.json"])
+    assert (done.code, done.out) == (3, "")
+    assert "nothere.json: there is no such model" in done.err
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize("command", ["run", "investigate", "emulate", "compensate"])
+def test_a_seed_below_zero_is_a_wrong_command_line(command: str) -> None:
+    done = bench([command, "x", "--seed", "-1"])
+    assert (done.code, done.out) == (2, "")
+    assert "--seed" in done.err
 
 
 def test_beside_a_service_the_model_is_one_of_its_analyses() -> None:

@@ -297,3 +297,25 @@ def test_a_file_that_nobody_writes_is_looked_at_once(tmp_path: Path, monkeypatch
     with pytest.raises(RecordingError, match="addr overflow"):
         Recording.open(path)
     assert len(looks) == 1
+
+
+def test_a_folder_is_said_to_be_one_and_a_recording_in_it_is_named(tmp_path: Path) -> None:
+    with pytest.raises(
+        RecordingError, match=r"is a folder, it should be a recording; no file in it is called NAME\.h5"
+    ):
+        Recording.open(tmp_path)
+    builders.write(tmp_path / "r002.h5", rows=60)
+    builders.write(tmp_path / "r001.h5", rows=60)
+    with pytest.raises(RecordingError, match=r"is a folder.*name a file in it, such as .*r001\.h5\.$"):
+        Recording.open(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("error", "reason"),
+    [
+        (KeyError("Unable to open object (unable to determine object type)"), "unable to determine object type"),
+        (OSError("Unable to open file (truncated file)."), "truncated file"),
+    ],
+)
+def test_the_reason_of_an_hdf5_error_has_no_marks_around_it(error: Exception, reason: str) -> None:
+    assert reader.hdf5_reason(error) == reason

@@ -167,9 +167,36 @@ def test_a_campaign_is_identified_and_its_friction_is_that_of_the_bench(tmp_path
     found = kept.identify(folder)
     assert found.why == ""
     f_c, f_v, f_vt, _ = bench.friction
-    omega = 185.0 * np.deg2rad(50.0)
-    value = found.friction[50.0, 30.0]
+    omega = 185.0 * np.deg2rad(45.0)
+    value = found.friction[45.0, 30.0]
     assert value.value == pytest.approx(f_c + omega * (f_v + 5.0 * f_vt), abs=5e-3)
     assert 0.0 < value.std < 0.01
-    assert (20.0, 30.0) not in found.friction
-    assert (50.0, 50.0) not in found.friction
+    assert set(found.friction) == {(30.0, 30.0), (45.0, 30.0)}
+
+
+def test_friction_is_said_of_the_speed_and_temperature_that_were_measured_without_load(tmp_path: Path) -> None:
+    folder = tmp_path / "campaign"
+    folder.mkdir()
+    bench = Bench(folder, rate=250.0, serial=GEARBOX)
+    for torque, speed in ((0.0, 30.0), (0.0, -30.0), (1000.0, 30.0), (1000.0, -30.0), (1000.0, 20.0), (1000.0, -20.0)):
+        bench.write(torque, float(np.deg2rad(speed)), 22.1)
+    one = kept.identify(folder)
+    assert set(one.friction) == {(30.0, 22.0)}
+    at = reference_of([one])
+    assert at == Reference(30.0, 22.0)
+    names = [series.quantity.name for series in series_of([(0.0, one)], at)]
+    assert [name for name in names if name.startswith("friction at")] == ["friction at 30 °/s, 22 °C"]
+
+
+@pytest.mark.parametrize(
+    ("at", "measured"),
+    [
+        (Reference(10.0, 22.0), True),
+        (Reference(10.0, 20.0), False),
+        (Reference(10.0, 23.0), False),
+        (Reference(8.0, 22.0), False),
+        (Reference(12.5, 22.0), False),
+    ],
+)
+def test_a_reference_point_is_where_recordings_were_made(at: Reference, measured: bool) -> None:
+    assert at.measured((0.0, 9.998, 22.0), (350.0, 10.002, 22.1)) is measured
