@@ -22,6 +22,7 @@ from bench.service.runs.runs import Run, Runs, now
 from bench.service.runs.shown import Shown
 from bench.service.runs.stopper import Press, Stopper, Target
 from bench.service.runs.stream import Stream
+from bench.stop_button.rest import rest_text
 
 Message = dict[str, Any]
 _LOG = logging.getLogger(__name__)
@@ -287,8 +288,9 @@ class Keeper:
             press, _ = self.stopper.pressed(str(end["pressed_by"]), int(end["pressed_at_ns"]), run.id)
         if press is None or press.run != run.id or press.over:
             return
-        seen = end.get("at_rest_after_s")
-        self.stopper.seen(run.id, None if seen is None else float(seen))
-        when = local_time_of(press.pressed_at_ns)
-        rest = "nobody saw the shafts" if seen is None else f"{seen:.2f} s after the press both shafts were seen"
-        self._book.write("stop", press.by, f"STOP pressed at {when}: {rest} at rest", run=run.id, at_rest_after_s=seen)
+        self.stopper.seen(run.id, bool(end.get("at_rest")), end.get("rest_seen_at_ns"), end.get("bench_to_rest_s"))
+        seen = self.stopper.press or press
+        when = local_time_of(seen.pressed_at_ns)
+        rest = rest_text(seen.at_rest, seen.at_rest_after_s, seen.bench_to_rest_s)
+        text = f"STOP pressed at {when}: {rest}"
+        self._book.write("stop", seen.by, text, run=run.id, at_rest_after_s=seen.at_rest_after_s)

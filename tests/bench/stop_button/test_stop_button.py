@@ -20,6 +20,7 @@ import pytest
 from bench.stop_button import StopButton, listener, listening
 from bench.stop_button.find import Found, bus_processes, runs
 from bench.stop_button.press import stop
+from bench.stop_button.rest import rest_text
 
 ROOT = Path(__file__).parents[3]
 RUN = """
@@ -35,7 +36,8 @@ with listening(button) as there:
     while not button.is_pressed:
         time.sleep(0.01)
     time.sleep(0.05)
-    button.stopped(SimpleNamespace(to_rest_s=None if "unseen" in sys.argv else 0.04, lasted_s=0.05, rungs=()))
+    seen = (None, None) if "unseen" in sys.argv else (0.04, time.time_ns())
+    button.stopped(SimpleNamespace(to_rest_s=seen[0], rest_seen_at_ns=seen[1], rungs=()))
     time.sleep(0.5)
 """
 
@@ -65,6 +67,10 @@ def start(processes: list[subprocess.Popen[str]], *options: str) -> int:
     return process.pid
 
 
+def stopped(to_rest_s: float | None, rest_seen_at_ns: int | None, *rungs: Any) -> Any:
+    return SimpleNamespace(to_rest_s=to_rest_s, rest_seen_at_ns=rest_seen_at_ns, rungs=rungs)
+
+
 def found(pid: int) -> Found:
     return next(run for run in runs() if run.pid == pid)
 
@@ -81,29 +87,66 @@ def test_the_first_press_counts_and_its_time_is_that_of_whoever_pressed(runtime:
         said = json.loads((runtime / listener.FILE).read_text())
         assert said == {"pid": os.getpid(), "port": there.port, "run": "run-1"}
         assert ask(there.port, "GET", "/state")["state"] == "running"
-        state = ask(there.port, "POST", "/stop?by=Ann%20B&pressed_at_ns=123")
-        assert (state["state"], state["pressed_by"], state["pressed_at_ns"]) == ("stopping", "Ann B", 123)
+        at_ns = time.time_ns() - 2 * 10**9
+        state = ask(there.port, "POST", f"/stop?by=Ann%20B&pressed_at_ns={at_ns}")
+        assert (state["state"], state["pressed_by"], state["pressed_at_ns"]) == ("stopping", "Ann B", at_ns)
         assert button.is_pressed
         assert ask(there.port, "POST", "/stop?by=Bob")["pressed_by"] == "Ann B"
-        button.stopped(SimpleNamespace(to_rest_s=0.4, lasted_s=0.4, rungs=()))
+        button.stopped(stopped(0.4, at_ns + 2_400_000_000))
         state = ask(there.port, "GET", "/state")
-        assert state["state"] == "at_rest"
-        assert 0.0 <= state["at_rest_after_s"] < 5.0
+        assert (state["state"], state["at_rest_after_s"], state["bench_to_rest_s"]) == ("at_rest", 2.4, None)
     assert not (runtime / listener.FILE).exists()
 
 
-@pytest.mark.parametrize(("to_rest_s", "lasted_s"), [(None, 3.0), (None, None)])
-def test_rest_that_nobody_saw_is_not_said(to_rest_s: float | None, lasted_s: float | None) -> None:
+def test_a_run_that_was_halted_counts_from_the_press_not_from_when_it_woke() -> None:
+    """The signal is handled first when such a run wakes up; the press with its stamp comes after it."""
+    button, woke_ns = StopButton("run-1"), time.time_ns()
+    assert button.press("SIGTERM").by == "SIGTERM"
+    assert button.press("Ann", woke_ns - 7 * 10**9).by == "Ann"
+    button.stopped(stopped(1.3, woke_ns + 10**8))
+    assert button.at_rest_after_s == pytest.approx(7.1)
+    assert button.state()["pressed_by"] == "Ann"
+
+
+@pytest.mark.parametrize("ahead_s", [3, -3600])
+def test_a_press_stamped_by_another_clock_gives_no_time(ahead_s: int) -> None:
+    button, now_ns = StopButton("run-1"), time.time_ns()
+    button.press("Ann", now_ns + ahead_s * 10**9)
+    button.stopped(stopped(0.5, now_ns + 5 * 10**9))
+    assert (button.state()["state"], button.at_rest_after_s) == ("at_rest", None)
+
+
+def test_rest_that_was_seen_before_the_press_has_no_time_after_it() -> None:
+    button, now_ns = StopButton("run-1"), time.time_ns()
+    button.press("Ann", now_ns)
+    button.stopped(stopped(0.5, now_ns - 1))
+    assert (button.state()["state"], button.at_rest_after_s) == ("at_rest", None)
+
+
+def test_a_bench_faster_than_the_clock_tells_its_own_time_as_its_own() -> None:
+    button = StopButton("run-1")
+    button.press("Ann")
+    button.stopped(stopped(1.3, None, SimpleNamespace(rung="disable voltage", at_ns=None)))
+    state = button.state()
+    assert (state["state"], state["at_rest_after_s"], state["bench_to_rest_s"]) == ("at_rest", None, 1.3)
+    assert (state["rung"], state["rung_at_ns"]) == ("disable voltage", None)
+    assert "by the bench's own time" in rest_text(True, None, 1.3)
+    assert rest_text(True, 7.1, None) == "7.10 s after the press both shafts were seen at rest"
+    assert rest_text(True, None, None).endswith("is not known")
+    assert rest_text(False, None, None) == "nobody saw the shafts at rest"
+
+
+def test_rest_that_nobody_saw_is_not_said() -> None:
     button = StopButton("run-1")
     button.press("Ann")
     assert button.state()["state"] == "stopping"
-    button.stopped(SimpleNamespace(to_rest_s=to_rest_s, lasted_s=lasted_s, rungs=()))
+    button.stopped(stopped(None, None))
     assert (button.state()["state"], button.at_rest_after_s) == ("not_seen", None)
 
 
 def test_a_stop_that_nobody_pressed_for_is_none_of_the_button() -> None:
     button = StopButton("run-1")
-    button.stopped(SimpleNamespace(to_rest_s=0.1, lasted_s=0.1, rungs=()))
+    button.stopped(stopped(0.1, time.time_ns()))
     assert button.state()["state"] == "running"
 
 
@@ -112,17 +155,16 @@ def test_the_rung_that_took_the_torque_away_is_told_with_its_time() -> None:
     button.press("Ann")
     assert (button.state()["rung"], button.state()["rung_at_ns"]) == (None, None)
     rungs = [
-        SimpleNamespace(rung="controlled ramp", began_s=0.0),
-        SimpleNamespace(rung="disable voltage", began_s=2.0),
-        SimpleNamespace(rung="stop sending", began_s=2.5),
+        SimpleNamespace(rung="controlled ramp", at_ns=1),
+        SimpleNamespace(rung="disable voltage", at_ns=2),
+        SimpleNamespace(rung="stop sending", at_ns=3),
     ]
-    button.stopped(SimpleNamespace(to_rest_s=2.1, lasted_s=3.0, rungs=rungs))
+    button.stopped(stopped(2.1, time.time_ns(), *rungs))
     state = button.state()
-    assert state["rung"] == "disable voltage"
-    assert time.time_ns() - state["rung_at_ns"] == pytest.approx(1e9, abs=0.1e9)
+    assert (state["rung"], state["rung_at_ns"]) == ("disable voltage", 2)
     # a stop that comes later is another one
-    button.stopped(SimpleNamespace(to_rest_s=0.1, lasted_s=0.1, rungs=rungs[2:]))
-    assert button.state()["rung_at_ns"] == state["rung_at_ns"]
+    button.stopped(stopped(0.1, time.time_ns(), *rungs[2:]))
+    assert button.state()["rung_at_ns"] == 2
 
 
 @pytest.mark.parametrize(
@@ -152,7 +194,7 @@ def test_it_listens_though_its_folder_is_gone(runtime: Path) -> None:
     runtime.write_text("no folder")
     button = StopButton("run-1")
     with listening(button):
-        timer = threading.Timer(0.2, lambda: button.stopped(SimpleNamespace(to_rest_s=0.1, lasted_s=0.1, rungs=())))
+        timer = threading.Timer(0.2, lambda: button.stopped(stopped(0.1, time.time_ns())))
         timer.start()
         outcome = stop(found(os.getpid()), "Ann", 10.0)
     assert outcome.at_rest
