@@ -72,6 +72,8 @@ class Keeper:
         """Is called with a run that has ended; must not wait for anything."""
         self.heard = time.monotonic()
         self._held = runs.rebuilt or is_there(state / "held")
+        self._past_hold: set[str] = set()
+        """ids of runs that were started one by one while the queue was held"""
         self._link: ProcessLink | None = None
         self._starting: Run | None = None
         self._wake = asyncio.Event()
@@ -124,12 +126,13 @@ class Keeper:
 
     @property
     def held(self) -> bool:
-        """After a stop or an alarm nothing begins by itself until the operator says so; a new service knows it too."""
+        """After a stop or an alarm no run that waits begins until the operator says so; a new service knows it too."""
         return self._held
 
     @held.setter
     def held(self, value: bool) -> None:
         self._held = value
+        self._past_hold.clear()
         if value:
             self._disk.replace(self._state / "held", "")
         else:
@@ -142,6 +145,20 @@ class Keeper:
         self.runs.put(run)
         self.changed()
         return run
+
+    def begin(self, run: Run, by: str) -> Run:
+        """Put a run into the queue that ``by`` starts now. Behind a hold it begins alone: what waits there stays held.
+
+        A hold behind which nothing waits ends with it, and the book says so; one under a run that still goes on stays.
+        """
+        if self.held and self.runs.running() is None:
+            if any(other.state == "queued" and other.id != run.id for other in self.runs.all()):
+                self._past_hold.add(run.id)
+                self._book.write("queue", by, f"{run.title} begins alone; the queue stays held", run=run.id)
+            else:
+                self.held = False
+                self._book.write("queue", by, "the queue was held with nothing waiting; it is held no longer")
+        return self.add(run)
 
     def changed(self) -> None:
         """Look again whether something can begin, and inform the pages."""
@@ -197,8 +214,8 @@ class Keeper:
 
     async def _step(self) -> None:
         run = self.runs.running()
-        if run is None and not self.held and not self._alarms.to_acknowledge():
-            run = self.runs.next()
+        if run is None and not self._alarms.to_acknowledge():
+            run = next((run for run in self.runs.all() if run.state == "queued" and self._may_begin(run)), None)
             if run is not None:
                 run = await self._start(run)
         if run is not None:
@@ -207,6 +224,10 @@ class Keeper:
         self._wake.clear()
         await self._wake.wait()
 
+    def _may_begin(self, run: Run) -> bool:
+        """Whether nothing holds a run; a stop since it was started does."""
+        return not self.held or run.id in self._past_hold
+
     async def _start(self, run: Run) -> Run | None:
         folder = self._processes.folder(run)
         self._starting = run
@@ -214,7 +235,7 @@ class Keeper:
             path = await asyncio.to_thread(
                 write_job, run, folder, self._processes.socket(run), self._stop_port, self._plant
             )
-            if self.held:
+            if not self._may_begin(run):
                 self._end(run, {"kind": "interrupted", "cause": "OPERATOR", "text": "stopped before it began"})
                 return None
             pid = await self._launcher.start(path, folder / "log.txt")
@@ -223,7 +244,7 @@ class Keeper:
             return None
         finally:
             self._starting = None
-        if not self.held:
+        if self._may_begin(run):
             self.stopper.forget()
         # what was measured until a stop stays in sight while the bench is reset
         keeps = run.resets or run.tares
@@ -233,7 +254,7 @@ class Keeper:
         run = self.runs.change(run.id, state="running", pid=pid, started_at=now())
         self._book.write("run", run.by, f"{run.title} begins", run=run.id, folder=run.folder)
         self.changed()
-        if self.held:
+        if not self._may_begin(run):
             # STOP was pressed while the process was being started
             self.stop("somebody")
         return run
@@ -270,6 +291,7 @@ class Keeper:
     def _end(self, run: Run, end: Message) -> None:
         end = {"text": "", **{key: value for key, value in end.items() if key != "type"}}
         at = self.shown.point_that_ran()
+        self._past_hold.discard(run.id)
         self.runs.change(run.id, state="ended", ended_at=now(), end=end, pid=None)
         self._book.write("run", run.by, f"{run.title} ended: {end['text'] or end['kind']}", run=run.id)
         self._say_rest(run, end)
