@@ -17,8 +17,9 @@ from typing import Any
 
 import pytest
 
+from bench.cli.stop import stop as stop_command
 from bench.stop_button import StopButton, listener, listening
-from bench.stop_button.find import Found, bus_processes, runs
+from bench.stop_button.find import Found, bus_processes, elsewhere, how_to_stop, is_alive, looked_at, runs
 from bench.stop_button.press import stop
 from bench.stop_button.rest import rest_text
 
@@ -252,5 +253,49 @@ def test_a_run_that_hangs_alone_says_use_the_emergency_stop(processes: list[subp
 def test_the_command_stops_whatever_runs(processes: list[subprocess.Popen[str]]) -> None:
     pid, code = start(processes), "from bench.cli import main; main()"
     done = subprocess.run([sys.executable, "-c", code, "stop", "--by", "Ann", "--json"], capture_output=True, cwd=ROOT)
-    (said,) = json.loads(done.stdout)
+    # runs of other runtime folders may go on on this computer
+    said = next(one for one in json.loads(done.stdout) if one["pid"] == pid)
     assert (said["pid"], said["at_rest"], done.returncode) == (pid, True, 0)
+
+
+def command(*options: str) -> subprocess.CompletedProcess[str]:
+    code = "from bench.cli import main; main()"
+    line = [sys.executable, "-c", code, "stop", *options]
+    return subprocess.run(line, capture_output=True, text=True, cwd=ROOT, check=False)
+
+
+def test_the_command_names_a_run_of_another_runtime_folder_and_leaves_it_alone(
+    processes: list[subprocess.Popen[str]],
+    runtime: Path,
+    tmp_path_factory: pytest.TempPathFactory,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    pid = start(processes)
+    other = tmp_path_factory.mktemp("other")
+    monkeypatch.setenv("BENCH_RUNTIME", str(other))
+    done = command("--by", "Ann")
+    assert done.returncode == 5
+    assert f"No run was seen in the runtime folder {other} (BENCH_RUNTIME)." in done.stdout
+    assert f"process {pid} runs a bench with the runtime folder {runtime}; " in done.stdout
+    assert f"stop it: BENCH_RUNTIME={runtime} bench stop" in done.stdout
+    said = next(one for one in json.loads(command("--json").stdout) if one["pid"] == pid)
+    assert said["at_rest"] is None
+    assert is_alive(pid)
+    # with its own folder it is a run to be stopped, and none of another's
+    monkeypatch.setenv("BENCH_RUNTIME", str(runtime))
+    assert pid not in {run.pid for run in elsewhere()}
+    assert stop(found(pid), "Ann", 10.0).at_rest
+
+
+def test_where_nothing_is_seen_the_command_says_where_it_looked(
+    runtime: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("bench.stop_button.find._listeners", list)
+    stop_command(by="Ann", patience=1.0, as_json=False)
+    assert capsys.readouterr().out == f"No run was seen; looked at: the runtime folder {runtime} (BENCH_RUNTIME).\n"
+    monkeypatch.delenv("BENCH_RUNTIME")
+    assert looked_at() == "every runtime folder on this computer"
+
+
+def test_a_run_whose_folder_cannot_be_read_is_stopped_with_all_others() -> None:
+    assert "env -u BENCH_RUNTIME bench stop" in how_to_stop(Found(2**22 + 1, ()))
