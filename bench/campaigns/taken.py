@@ -75,6 +75,9 @@ class Summary:
     tare_drift: float = math.nan
     """Change of the torque sensor's zero over the campaign, N·m; NaN where it was not measured."""
 
+    stop_record: str | None = None
+    """File, in the folder of the recordings, that the last stop was written to; None where none was written."""
+
     @property
     def failed(self) -> list[Taken]:
         """Last takes of points that never passed."""
