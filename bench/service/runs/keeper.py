@@ -111,6 +111,11 @@ class Keeper:
         return None
 
     @property
+    def heard_s(self) -> float | None:
+        """For how long the run has said nothing, s; None where nothing runs."""
+        return None if self.runs.running() is None else time.monotonic() - self.heard
+
+    @property
     def silent(self) -> str | None:
         """For how long the run has said nothing, where that is too long."""
         run = self.runs.running()
