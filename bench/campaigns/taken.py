@@ -38,6 +38,8 @@ class Taken:
     quality: dict[str, Any] = field(default_factory=dict)
     duration_s: float = 0.0
     samples: int = 0
+    complete: bool | None = None
+    """Whether its motion came to its end; false for one that was stopped, None where that is not known."""
 
     def as_dict(self) -> dict[str, Any]:
         """For ``campaign.json`` and the journal."""
@@ -54,6 +56,7 @@ class Taken:
             "note": self.note,
             "duration_s": self.duration_s,
             "samples": self.samples,
+            "complete": self.complete,
         }
 
     @classmethod

@@ -271,4 +271,5 @@ class Journal:
             quality=recording.quality,
             samples=recording.size,
             duration_s=recording.size / recording.sample_rate,
+            complete=recording.complete,
         )
