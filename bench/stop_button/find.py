@@ -14,6 +14,7 @@ from bench.stop_button.listener import FILE, NAME, runtime_tag
 
 _SOCKETS = Path("/proc/net/unix")
 _OURS = re.compile(rf"@({re.escape(NAME)}([0-9a-z]+)-(\d+)-[0-9a-f]+)$", re.MULTILINE)
+_OURS_NAME = re.compile(rf"^{re.escape(NAME)}([0-9a-z]+)-.*$")
 _BUS_PROCESS = b"drivers.ethercat.process"
 
 
@@ -64,23 +65,27 @@ def looked_at() -> str:
 
 def how_to_stop(run: Found) -> str:
     """Return the sentence on a run of another runtime folder: which one, if it can be read, and how it is stopped."""
-    folder = _runtime_folder_of(run.pid)
-    who = f"process {run.pid} runs a bench"
+    who, folder = f"process {run.pid} runs a bench", _runtime_folder_of(run)
     if folder:
         return f"{who} with the runtime folder {folder}; stop it: {RUNTIME}={folder} bench stop"
     whose = "without a runtime folder of its own" if folder == "" else "with another runtime folder"
     return f"{who} {whose}; stop every run on this computer: env -u {RUNTIME} bench stop"
 
 
-def _runtime_folder_of(pid: int) -> str | None:
-    """Return the runtime folder a process was given, empty for none; None where that cannot be read."""
+def _runtime_folder_of(run: Found) -> str | None:
+    """Return the runtime folder of a run, empty for none; None where it cannot be told.
+
+    The environment a process was started with counts only if it agrees with the tag in the name of the listener.
+    """
+    tags = {_OURS_NAME.sub(r"\1", name) for name in run.sockets}
     try:
-        entries = Path(f"/proc/{pid}/environ").read_bytes().split(b"\0")
+        entries = Path(f"/proc/{run.pid}/environ").read_bytes().split(b"\0")
     except OSError:
         return None  # it has ended meanwhile, or belongs to another user
     begin = f"{RUNTIME}=".encode()
     given = (entry.removeprefix(begin) for entry in entries if entry.startswith(begin))
-    return next(given, b"").decode("utf-8", "replace")
+    folder = next(given, b"").decode("utf-8", "replace")
+    return folder if tags == {runtime_tag(folder)} else None
 
 
 def _listeners() -> list[tuple[str, str, int]]:

@@ -297,5 +297,8 @@ def test_where_nothing_is_seen_the_command_says_where_it_looked(
     assert looked_at() == "every runtime folder on this computer"
 
 
-def test_a_run_whose_folder_cannot_be_read_is_stopped_with_all_others() -> None:
-    assert "env -u BENCH_RUNTIME bench stop" in how_to_stop(Found(2**22 + 1, ()))
+def test_a_run_whose_folder_cannot_be_told_is_stopped_with_all_others() -> None:
+    assert "with another runtime folder; stop every run" in how_to_stop(Found(2**22 + 1, ()))
+    # the environment this process was started with is not that of the listener
+    said = how_to_stop(Found(os.getpid(), (f"{listener.NAME}0123abcd-{os.getpid()}-1",)))
+    assert "with another runtime folder; stop every run on this computer: env -u BENCH_RUNTIME bench stop" in said
