@@ -38,6 +38,8 @@ class Taken:
     quality: dict[str, Any] = field(default_factory=dict)
     duration_s: float = 0.0
     samples: int = 0
+    complete: bool | None = None
+    """Whether its motion came to its end; false for one that was stopped, None where that is not known."""
 
     def as_dict(self) -> dict[str, Any]:
         """For ``campaign.json`` and the journal."""
@@ -54,6 +56,7 @@ class Taken:
             "note": self.note,
             "duration_s": self.duration_s,
             "samples": self.samples,
+            "complete": self.complete,
         }
 
     @classmethod
@@ -74,6 +77,9 @@ class Summary:
     cycles: int = 0
     tare_drift: float = math.nan
     """Change of the torque sensor's zero over the campaign, N·m; NaN where it was not measured."""
+
+    stop_record: str | None = None
+    """File, in the folder of the recordings, that the last stop was written to; None where none was written."""
 
     @property
     def failed(self) -> list[Taken]:

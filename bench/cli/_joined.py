@@ -12,7 +12,8 @@ from rich.progress import BarColumn, Progress, TextColumn
 
 from bench.cli._plain import PlainConsole, escaped, say
 from bench.cli._text import count_text, duration_text
-from bench.cli.exit_codes import ExitCode
+from bench.cli.exit_codes import ExitCode, exit_code_of_stop
+from bench.safety import Cause
 from bench.service.client import Client
 
 _CODES: dict[str, ExitCode] = {
@@ -20,7 +21,6 @@ _CODES: dict[str, ExitCode] = {
     "failed_points": ExitCode.NOT_VALID,
     "interrupted": ExitCode.INTERRUPTED,
     "withdrawn": ExitCode.INTERRUPTED,
-    "tripped": ExitCode.LIMIT,
     "refused": ExitCode.BAD_INPUT,
     "device": ExitCode.DEVICE,
     "died": ExitCode.DEVICE,
@@ -104,4 +104,6 @@ def _report_end(run: dict[str, Any], console: Console, as_json: bool) -> ExitCod
             console.print(f"[yellow]{escaped(sentence)}[/]", soft_wrap=True)
     if end.get("cause") == "LimitError":
         return ExitCode.LIMIT
+    if end["kind"] == "tripped":
+        return exit_code_of_stop(Cause.__members__.get(str(end.get("cause")), Cause.NONE))
     return _CODES.get(end["kind"], ExitCode.INTERNAL_ERROR)

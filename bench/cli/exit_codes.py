@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from enum import IntEnum
+from typing import TYPE_CHECKING
 
 from bench.errors import BenchError, ConfigurationError, DeviceError, LimitError, RecordingError
+
+if TYPE_CHECKING:
+    from bench.safety import Cause
 
 
 class ExitCode(IntEnum):
@@ -17,6 +21,7 @@ class ExitCode(IntEnum):
     LIMIT = 4
     DEVICE = 5
     NOT_VALID = 6
+    NOT_WRITTEN = 7
     INTERRUPTED = 130
 
 
@@ -26,8 +31,9 @@ MEANING: dict[ExitCode, str] = {
     ExitCode.USAGE: "the command line is wrong",
     ExitCode.BAD_INPUT: "a bench, campaign, model or recording file is wrong",
     ExitCode.LIMIT: "refused or stopped, because a limit would be or was broken",
-    ExitCode.DEVICE: "a device or the bus failed",
+    ExitCode.DEVICE: "a device or the bus failed, or after STOP a bench was not seen at rest",
     ExitCode.NOT_VALID: "finished, but some points failed or some files are not valid",
+    ExitCode.NOT_WRITTEN: "the bench was stopped because a recording could not be written, for example on a full disk",
     ExitCode.INTERRUPTED: "interrupted by the operator; the bench is at rest and the recording finished",
 }
 
@@ -42,6 +48,15 @@ _OF_ERROR: tuple[tuple[type[BenchError], ExitCode], ...] = (
 def exit_code_of(error: BenchError) -> ExitCode:
     """Return the exit code that stands for an error."""
     return next((code for kind, code in _OF_ERROR if isinstance(error, kind)), ExitCode.BAD_INPUT)
+
+
+def exit_code_of_stop(cause: Cause) -> ExitCode:
+    """Return the exit code that stands for what stopped a bench."""
+    from bench.safety import Cause, is_device_fault
+
+    if cause is Cause.RECORDER:
+        return ExitCode.NOT_WRITTEN
+    return ExitCode.DEVICE if is_device_fault(cause) else ExitCode.LIMIT
 
 
 def exit_code_help() -> str:

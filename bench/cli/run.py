@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from bench.cli._plain import PlainConsole, escaped, say
-from bench.cli.exit_codes import ExitCode, exit_code_help
+from bench.cli.exit_codes import ExitCode, exit_code_help, exit_code_of_stop
 from bench.errors import ConfigurationError
 
 if TYPE_CHECKING:
@@ -133,12 +133,11 @@ def run(
 
 def _exit_code(summary: Summary) -> ExitCode:
     from bench.cycle.end import EndKind
-    from bench.safety import is_device_fault
 
     if summary.end.kind is EndKind.INTERRUPTED:
         return ExitCode.INTERRUPTED
     if summary.end.kind is EndKind.TRIPPED:
-        return ExitCode.DEVICE if is_device_fault(summary.end.cause) else ExitCode.LIMIT
+        return exit_code_of_stop(summary.end.cause)
     return ExitCode.NOT_VALID if summary.failed else ExitCode.OK
 
 
@@ -201,7 +200,9 @@ def _print(summary: Summary, folder: Path, picture: Path | None, wall: float, co
     if picture is not None:
         console.print(f"Transmission error and spectrum: [bold]{escaped(picture)}[/]", soft_wrap=True)
     if summary.end.text:
-        console.print(f"[bold yellow]{summary.end.kind.value}[/]: {escaped(summary.end.text)}", soft_wrap=True)
+        headline = summary.end.headline
+        text = summary.end.text.removeprefix(f"{headline}: ")
+        console.print(f"[bold yellow]{headline}[/]: {escaped(text)}", soft_wrap=True)
     _say_what_next(summary, folder, console)
 
 
@@ -210,7 +211,7 @@ def _say_what_next(summary: Summary, folder: Path, console: Console) -> None:
         case "TRIPPED":
             console.print(
                 f"There is no torque before these three steps: bench acknowledge {folder}, bench reset {folder},"
-                " bench run … --resume (with the same --bench and --bus). The record of the stop: stop-*.json.",
+                f" bench run … --resume (with the same --bench and --bus).{_record_text(summary, folder)}",
                 soft_wrap=True,
                 markup=False,
             )
@@ -226,3 +227,8 @@ def _say_what_next(summary: Summary, folder: Path, console: Console) -> None:
                 f"Identify the gearbox: [bold]bench identify {escaped(folder)} --out model.json --report report[/]",
                 soft_wrap=True,
             )
+
+
+def _record_text(summary: Summary, folder: Path) -> str:
+    """Name the record of the stop, if there is one: a full disk may have taken none."""
+    return "" if summary.stop_record is None else f" The record of the stop: {folder / summary.stop_record}."

@@ -22,7 +22,10 @@ def stop(
     patience: Annotated[float, typer.Option(help="How long to watch for rest, s.")] = _PATIENCE_S,
     as_json: Annotated[bool, typer.Option("--json", help="Print what was seen as JSON, nothing else.")] = False,
 ) -> None:
-    """Stop everything that runs on this computer.
+    """Stop every run on this computer; where BENCH_RUNTIME names a runtime folder, the runs of that folder.
+
+    Runs that are seen but have another runtime folder are not stopped: they are named, with the command that stops
+    them. If none but such runs are there, the exit code is 5.
 
     STOP is sent directly to the run, not through the service. A run that does not answer within a second gets a
     signal; if it hangs, its bus process stops the drives. The command prints whether both shafts were observed at
@@ -33,9 +36,9 @@ def stop(
 
     from bench.stop_button import find, press
 
-    found = find.runs()
-    if not found:
-        typer.echo(json.dumps([]) if as_json else "Nothing runs on this computer.")
+    found, others = find.runs(), find.elsewhere()
+    if not found and not others:
+        typer.echo(json.dumps([]) if as_json else f"No run was seen; looked at: {find.looked_at()}.")
         return
     name = by or getpass.getuser()
     outcomes: dict[int, press.Outcome] = {}
@@ -52,11 +55,15 @@ def stop(
         thread.start()
     for thread in threads:
         thread.join()
+    texts = {run.pid: f"not stopped: {find.how_to_stop(run)}" for run in others}
     if as_json:
         said = [{"pid": pid, "at_rest": seen.at_rest, "text": seen.text} for pid, seen in outcomes.items()]
-        typer.echo(json.dumps(said, ensure_ascii=False))
+        not_stopped = [{"pid": pid, "at_rest": None, "text": text} for pid, text in texts.items()]
+        typer.echo(json.dumps([*said, *not_stopped], ensure_ascii=False))
     else:
-        for seen in outcomes.values():
-            typer.echo(seen.text)
-    if not all(seen.at_rest for seen in outcomes.values()):
+        if not found:
+            typer.echo(f"No run was seen in {find.looked_at()}.")
+        for text in (*(seen.text for seen in outcomes.values()), *texts.values()):
+            typer.echo(text)
+    if not found or not all(seen.at_rest for seen in outcomes.values()):
         raise typer.Exit(ExitCode.DEVICE)

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 
 from numpy.typing import NDArray
 
-from bench.cycle.end import End, EndKind
+from bench.cycle.end import NOT_WRITTEN, End, EndKind
 from bench.errors import one_sentence
 from bench.protocols import Segment
 from bench.safety import Cause
@@ -72,6 +72,4 @@ class SafeSink:
         try:
             pass_on()
         except Exception as error:  # noqa: BLE001 - whatever a recorder raises, the bench is stopped in order
-            self.failure = End(
-                EndKind.TRIPPED, f"the recording cannot be written: {one_sentence(error)}", Cause.RECORDER
-            )
+            self.failure = End(EndKind.TRIPPED, f"{NOT_WRITTEN}: {one_sentence(error)}", Cause.RECORDER)

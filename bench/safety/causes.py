@@ -168,7 +168,6 @@ _DEVICE_FAULTS = frozenset(
         Cause.MOTOR_TORQUE_FROZEN,
         Cause.LOAD_MOTOR_TORQUE_FROZEN,
         Cause.TEMPERATURE_FROZEN,
-        Cause.RECORDER,
     }
 )
 

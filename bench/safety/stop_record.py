@@ -11,11 +11,15 @@ from bench.safety.causes import Cause, Rung
 
 @dataclass(frozen=True, slots=True)
 class RungRecord:
-    """One rung of the ladder: when it began after the stop did, and how long it was in force, s."""
+    """One rung of the ladder: when it began after the stop did, and how long it was in force, s of the bench.
+
+    ``at_ns`` is when it began by the clock, Unix time in ns; None where the bench's time is not the clock's.
+    """
 
     rung: str
     began_s: float
     lasted_s: float
+    at_ns: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +39,9 @@ class StopRecord:
     ``at`` is bench time of day, ``cycle`` the bus cycle in which the stop began, None where none was seen;
     ``to_rest_s`` is None where not both shafts were seen at rest, and ``shafts_at_rest`` says of each whether it was,
     None where nothing of it was seen; ``lasted_s`` is None where nobody led the stop; ``motor_travel_rad`` is what the
-    motor was seen to turn from the stop on, either way, None where nothing was seen.
+    motor was seen to turn from the stop on, either way, None where nothing was seen. ``rest_seen_at_ns`` is when both
+    shafts were seen at rest by the clock, Unix time in ns, None where nobody saw it or the bench's time is not the
+    clock's.
     """
 
     cause: Cause
@@ -49,6 +55,7 @@ class StopRecord:
     motor_travel_rad: float | None
     coast_down: tuple[Sample, ...]
     drives: dict[str, str]
+    rest_seen_at_ns: int | None = None
 
     @property
     def summary(self) -> str:

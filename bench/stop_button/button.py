@@ -1,4 +1,4 @@
-"""The button of one run: pressed once, by the first who does; it records what became of it."""
+"""The button of one run: what was pressed first counts; it records what became of it."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
+
+from bench.stop_button.rest import after_press_s, is_own_time
 
 TAKES_TORQUE = ("disable voltage", "stop sending")
 """Rungs of the stop ladder that take the torque away."""
@@ -21,8 +23,8 @@ class Step(Protocol):
         ...
 
     @property
-    def began_s(self) -> float:
-        """When it began after the stop did, s."""
+    def at_ns(self) -> int | None:
+        """When it began, Unix time in ns; None where the bench's time is not the clock's."""
         ...
 
 
@@ -36,22 +38,35 @@ class Stopped(Protocol):
 
     @property
     def to_rest_s(self) -> float | None:
-        """From the begin of the stop until both shafts were seen at rest, s; None where nobody saw it."""
+        """From the begin of the stop until both shafts were at rest, s of the bench; None where nobody saw it."""
         ...
 
     @property
-    def lasted_s(self) -> float | None:
-        """How long the stop took, s; None where nobody led it."""
+    def rest_seen_at_ns(self) -> int | None:
+        """When both shafts were seen at rest, Unix time in ns; None where the bench's time is not the clock's."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class Press:
-    """A press: by whom, when by the clock of whoever took it first (Unix time, ns), and when it arrived (monotonic)."""
+    """A press: by whom, when by the clock of whoever took it first, and when it arrived here (Unix time, ns).
+
+    A run that was halted hears of a press long after it; a stamp that cannot be right stands for its arrival.
+    """
 
     by: str
     at_ns: int
-    arrived_s: float
+    arrived_at_ns: int
+
+    @property
+    def has_own_time(self) -> bool:
+        """Whether ``at_ns`` may be of this computer's clock."""
+        return is_own_time(self.at_ns, self.arrived_at_ns)
+
+    @property
+    def order_ns(self) -> int:
+        """By which presses are put in order, Unix time in ns."""
+        return self.at_ns if self.has_own_time else self.arrived_at_ns
 
 
 class StopButton:
@@ -64,19 +79,22 @@ class StopButton:
 
     def __init__(self, run: str) -> None:
         self.run = run
-        # setdefault is one step: of two presses the first one stays, whoever interrupts whom
-        self._first: dict[str, Press] = {}
+        # to append is one step: no press is lost, whoever interrupts whom
+        self._presses: list[Press] = []
         self._pressed = threading.Event()
-        self._at_rest_after_s: float | None = None
-        self._torque_rung: tuple[str, int] | None = None
+        self._stopped: Stopped | None = None
+        self._torque_rung: Step | None = None
         self._over = False
 
     def press(self, by: str, at_ns: int | None = None) -> Press:
-        """Bring the run's bench to rest; return the press that counts, the first."""
-        press = Press(by, time.time_ns() if at_ns is None else at_ns, time.monotonic())
-        press = self._first.setdefault("press", press)
+        """Bring the run's bench to rest; return the press that counts, the first by its stamp.
+
+        ``at_ns`` is when it was pressed, Unix time; None for now.
+        """
+        now = time.time_ns()
+        self._presses.append(Press(by, now if at_ns is None else at_ns, now))
         self._pressed.set()
-        return press
+        return min(self._presses, key=lambda press: press.order_ns)
 
     @property
     def is_pressed(self) -> bool:
@@ -85,21 +103,21 @@ class StopButton:
 
     @property
     def at_rest_after_s(self) -> float | None:
-        """From the press until both shafts were seen at rest, s; None where nobody saw it, or not yet."""
-        return self._at_rest_after_s
+        """From the press until both shafts were seen at rest, s; None where nobody saw it, not yet, or not known."""
+        press = self._first()
+        if press is None or self._stopped is None or not press.has_own_time:
+            return None
+        return after_press_s(press.at_ns, self._stopped.rest_seen_at_ns)
 
     def stopped(self, record: Stopped) -> None:
         """Take the record of a stop of the bench that has just ended."""
-        press = self._first.get("press")
-        if press is None:
+        if not self._presses:
             return
         self._over = True
-        if record.to_rest_s is not None and record.lasted_s is not None:
-            since_rest_s = record.lasted_s - record.to_rest_s
-            self._at_rest_after_s = max(0.0, time.monotonic() - press.arrived_s - since_rest_s)
-        step = next((step for step in record.rungs if step.rung in TAKES_TORQUE), None)
-        if self._torque_rung is None and step is not None and record.lasted_s is not None:
-            self._torque_rung = (step.rung, time.time_ns() - round(1e9 * (record.lasted_s - step.began_s)))
+        if self._stopped is None and record.to_rest_s is not None:
+            self._stopped = record
+        if self._torque_rung is None:
+            self._torque_rung = next((step for step in record.rungs if step.rung in TAKES_TORQUE), None)
 
     def ended(self) -> None:
         """The run has ended: what was not seen by now will not be."""
@@ -108,13 +126,15 @@ class StopButton:
     def state(self) -> dict[str, Any]:
         """What may be asked: ``running``, ``stopping``, ``at_rest`` (both shafts were seen at rest) or ``not_seen``.
 
-        ``rung`` is the one that took the torque away, ``rung_at_ns`` when it began (Unix time): what a disk that takes
-        no record does not know.
+        ``at_rest_after_s`` counts from the press, by the clock; ``bench_to_rest_s`` from the begin of the stop, by the
+        time of a bench that is not the clock's. ``rung`` is the one that took the torque away, ``rung_at_ns`` when it
+        began (Unix time): what a disk that takes no record does not know. What is not known is None.
         """
-        press = self._first.get("press")
+        press, stopped, rung = self._first(), self._stopped, self._torque_rung
+        seen_at_ns = None if stopped is None else stopped.rest_seen_at_ns
         if press is None:
             state = "running"
-        elif self._at_rest_after_s is not None:
+        elif stopped is not None:
             state = "at_rest"
         else:
             state = "not_seen" if self._over else "stopping"
@@ -123,7 +143,12 @@ class StopButton:
             "state": state,
             "pressed_at_ns": None if press is None else press.at_ns,
             "pressed_by": None if press is None else press.by,
-            "at_rest_after_s": self._at_rest_after_s,
-            "rung": None if self._torque_rung is None else self._torque_rung[0],
-            "rung_at_ns": None if self._torque_rung is None else self._torque_rung[1],
+            "at_rest_after_s": self.at_rest_after_s,
+            "rest_seen_at_ns": seen_at_ns,
+            "bench_to_rest_s": stopped.to_rest_s if stopped is not None and seen_at_ns is None else None,
+            "rung": None if rung is None else rung.rung,
+            "rung_at_ns": None if rung is None else rung.at_ns,
         }
+
+    def _first(self) -> Press | None:
+        return min(self._presses, key=lambda press: press.order_ns, default=None)

@@ -119,9 +119,12 @@ class Listener:
         return "404 Not Found", {"error": "POST /stop?by=NAME and GET /state are what there is"}
 
 
-def runtime_tag() -> str:
-    """Return what distinguishes runs with a separate runtime folder: its name, it need not be there."""
-    given = os.environ.get(RUNTIME, "")
+def runtime_tag(given: str | None = None) -> str:
+    """Return what distinguishes runs with a separate runtime folder: its name, it need not be there.
+
+    ``given`` is that folder, empty for none; None for the one that this process has.
+    """
+    given = os.environ.get(RUNTIME, "") if given is None else given
     return hashlib.sha256(given.encode()).hexdigest()[:8] if given else "user"
 
 

@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 from urllib.parse import quote
 
 from bench.stop_button.find import Found, bus_processes, is_alive
+from bench.stop_button.rest import rest_text
 
 ANSWER_S = 1.0
 """Longest wait for a listener; a run that does not answer by then receives signals."""
@@ -53,8 +54,8 @@ def _wait_for_rest(found: Found, what: str, pressed: float, patience_s: float, s
     while time.monotonic() < deadline:
         state = _ask_state(found) or state
         if state is not None and state.get("state") == "at_rest":
-            after = float(state["at_rest_after_s"])
-            return Outcome(True, f"{what} is at rest: both shafts were seen at rest {after:.2f} s after the press")
+            seen = rest_text(True, state.get("at_rest_after_s"), state.get("bench_to_rest_s"))
+            return Outcome(True, f"{what} is at rest: {seen}")
         if not is_alive(found.pid) or (state is not None and state.get("state") == "not_seen"):
             gone = time.monotonic() - pressed
             return Outcome(

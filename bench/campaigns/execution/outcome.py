@@ -37,6 +37,7 @@ def judge_take(
         status=Status.DONE if passed else Status.SKIPPED if skipped else Status.FAILED,
         note="skipped by the operator" if skipped else end.text or recorder.ended or gate.failures,
         quality=gate.as_dict(),
+        complete=complete,
     )
     return taken, complete
 

@@ -161,6 +161,7 @@ class Runner:
 
     def _write_stops(self) -> None:
         self._stops.write(self._rig.stops)
+        self._summary.stop_record = self._stops.last
         if self._stops.trouble is not None:
             self._listener.noticed(self._stops.trouble)
 

@@ -76,7 +76,7 @@ class Takes:
         except (DeviceError, RecordingError) as error:
             raise NotWritten(str(error)) from error
         start, complete = rig.elapsed_s, False
-        taken = replace(begun, status=Status.FAILED)
+        taken = replace(begun, status=Status.FAILED, complete=False)
         try:
             self._shared.listener.started(task, name)
             end = rig.run(

@@ -286,4 +286,5 @@ class Journal:
             quality=recording.quality,
             samples=recording.size,
             duration_s=recording.size / recording.sample_rate,
+            complete=recording.complete,
         )

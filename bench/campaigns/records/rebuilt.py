@@ -151,6 +151,7 @@ def read_take(path: Path) -> dict[str, Any]:
         dict(recording.quality or {}),
         recording.size / recording.sample_rate,
         recording.size,
+        recording.complete,
     )
     kept = {"id": recording.campaign_id, "created_at": started, "zero": recording.zero_id or "unnamed"}
     if recording.config is not None:

@@ -5,6 +5,7 @@ Deadlines are those of the rig's clock, whatever the number of cycles that came 
 
 from __future__ import annotations
 
+import time
 from datetime import datetime
 from typing import Protocol
 
@@ -66,6 +67,11 @@ class StoppableRig(Protocol):
         ...
 
     @property
+    def is_real_time(self) -> bool:
+        """Whether bench time is the clock's."""
+        ...
+
+    @property
     def drive_states(self) -> dict[str, str]:
         """State of each drive's state machine, by role."""
         ...
@@ -85,7 +91,8 @@ class Stop:
         stopping = bench.stopping
         self._deadlines = Deadlines(stopping.controlled_ramp, stopping.quick_stop, stopping.disable_voltage)
         self._coast = CoastDown(bench.motion.standstill, bench.gearbox.ratio, cycle_time_s)
-        self._begun: list[tuple[Rung, float]] = []
+        self._begun: list[tuple[Rung, float, int | None]] = []
+        self._rest_seen_at_ns: int | None = None
 
     def run(self, cause: Cause, sink: Sink, text: str = "") -> StopRecord:
         """Bring the bench to rest; every rung and its time stand in the recording's events.
@@ -101,7 +108,7 @@ class Stop:
             if state.rung is not announced:
                 announced = state.rung
                 goal = _GOALS.get(announced)
-                self._begun.append((announced, now - start))
+                self._begun.append((announced, now - start, self._unix_ns()))
                 if announced is Rung.STOP_SENDING:
                     rig.go_silent()
                 if announced in (Rung.FINISHED, Rung.STOP_SENDING):
@@ -111,6 +118,7 @@ class Stop:
             n, velocity, torque = self._targets(state.rung)
             seen = rig.stop_cycles(n, self._n, velocity, torque, goal, sink)
             self._coast.keep(seen)
+            self._look_for_rest()
             before, now = now, rig.clock()
             state = climb(state, self._observe(), now - before, self._deadlines)
 
@@ -120,7 +128,8 @@ class Stop:
         return record
 
     def _record(self, cause: Cause, text: str, began: datetime, lasted_s: float) -> StopRecord:
-        ends = [start for _, start in self._begun[1:]] + [lasted_s]
+        ends = [start for _, start, _ in self._begun[1:]] + [lasted_s]
+        to_rest_s = self._coast.to_rest_s(self._alive)
         alive = self._alive
         return StopRecord(
             cause=cause,
@@ -128,11 +137,12 @@ class Stop:
             at=began,
             cycle=self._coast.first_cycle,
             rungs=tuple(
-                RungRecord(rung_name(rung), start, end - start)
-                for (rung, start), end in zip(self._begun, ends, strict=True)
+                RungRecord(rung_name(rung), start, end - start, at_ns)
+                for (rung, start, at_ns), end in zip(self._begun, ends, strict=True)
                 if rung is not Rung.FINISHED
             ),
-            to_rest_s=self._coast.to_rest_s(alive),
+            to_rest_s=to_rest_s,
+            rest_seen_at_ns=None if to_rest_s is None else self._rest_seen_at_ns,
             shafts_at_rest=self._coast.at_rest(alive),
             lasted_s=lasted_s,
             motor_travel_rad=self._coast.travel_rad,
@@ -141,6 +151,17 @@ class Stop:
             if alive and self._coast.first_cycle is not None
             else dict.fromkeys(self._rig.drive_states, "not seen"),
         )
+
+    def _unix_ns(self) -> int | None:
+        """Now by the clock, Unix time in ns; None where the bench's time is not the clock's."""
+        return time.time_ns() if self._rig.is_real_time else None
+
+    def _look_for_rest(self) -> None:
+        """Stamp the moment from which on both shafts are seen at rest."""
+        if not all(self._coast.at_rest(self._alive).values()):
+            self._rest_seen_at_ns = None
+        elif self._rest_seen_at_ns is None:
+            self._rest_seen_at_ns = self._unix_ns()
 
     def _targets(self, rung: Rung) -> tuple[int, float, float]:
         """Return how many cycles to hand over, and the set values at their end."""

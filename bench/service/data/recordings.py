@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import sqlite3
+from collections import Counter
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,8 @@ from bench.errors import RecordingError
 from bench.names import require_name
 from bench.recording import Recording, RecordingFolder, guarded
 from bench.service.data.plots import plot, short
+
+_CUT_SHORT = "cut short"
 
 
 class UnknownPlace(RecordingError):
@@ -80,6 +83,7 @@ def folders(root: Path) -> list[dict[str, Any]]:
                 "changed_at": max((file.st_mtime for file in files), default=path.stat().st_mtime),
                 "done": states.get("done", 0),
                 "failed": states.get("failed", 0),
+                "cut_short": states.get(_CUT_SHORT, 0),
                 "points": len(planned) or None,
                 "end": manifest.get("end"),
                 "archived": _is_archived(path),
@@ -171,17 +175,30 @@ def _sizes(folder: Path) -> list[os.stat_result]:
     return found
 
 
-def _states(folder: Path) -> dict[str, int]:
-    """How many points the journal has in each state; it knows while a run still goes on."""
+def _states(folder: Path) -> Counter[str]:
+    """How many points are in each state by the journal, which knows while a run still goes on.
+
+    A point is done if one of its takes is; else it is what its last take is. One that was stopped before its end, by
+    the operator or by a limit, is cut short: what it shows was not judged.
+    """
     journal = folder / "journal.sqlite"
     if not journal.exists():
-        return {}
+        return Counter()
     try:
         with closing(sqlite3.connect(f"{journal.absolute().as_uri()}?mode=ro", uri=True)) as database:
-            query = "SELECT status, COUNT(DISTINCT point_id) FROM takes WHERE recording_id NOT LIKE 'heating-%'"
-            return dict(database.execute(f"{query} GROUP BY status").fetchall())
+            takes = database.execute(
+                "SELECT point_id, CASE WHEN status = 'failed' AND json_extract(content, '$.complete') = 0"
+                " THEN ? ELSE status END FROM takes WHERE recording_id NOT LIKE 'heating-%' ORDER BY take",
+                (_CUT_SHORT,),
+            ).fetchall()
     except sqlite3.Error:
-        return {}
+        # a journal that cannot be read counts nothing; the next run says what is wrong with it
+        return Counter()
+    points: dict[str, str] = {}
+    for point, state in takes:
+        if points.get(point) != "done":
+            points[point] = state
+    return Counter(points.values())
 
 
 def _manifest(folder: Path) -> dict[str, Any]:

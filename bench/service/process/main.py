@@ -34,6 +34,8 @@ from bench.service.process.tap import LiveTap
 from bench.service.process.tare import tare
 from bench.stop_button import StopButton, listening
 
+_OF_THE_PRESS = ("pressed_by", "pressed_at_ns", "at_rest_after_s", "rest_seen_at_ns", "bench_to_rest_s")
+
 
 class Process:
     """One job, its socket, and what it sends."""
@@ -61,7 +63,7 @@ class Process:
             end = {"type": "end", **self._end()}
         if self._button.is_pressed:
             pressed = self._button.state()
-            end |= {key: pressed[key] for key in ("pressed_by", "pressed_at_ns", "at_rest_after_s")}
+            end |= {key: pressed[key] for key in _OF_THE_PRESS} | {"at_rest": pressed["state"] == "at_rest"}
         path = Path(self._job.outcome)
         part = path.with_suffix(".part")
         try:

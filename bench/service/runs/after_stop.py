@@ -55,9 +55,9 @@ class AfterStop:
             raise NotNow(f"this reset was meant for another run: {last}")
         if run is None and not stopped["due"]:
             raise NotNow("nothing was run yet, there is nothing to reset")
-        self._keeper.held = False
         self._book.write("reset", by, f"reset after: {stopped['text'] or 'no stop on record'}")
-        return self._keeper.add(following(run or self._settings_run(), by, resets=True, title="Reset of the bench"))
+        following_run = following(run or self._settings_run(), by, resets=True, title="Reset of the bench")
+        return self._keeper.begin(following_run, by)
 
     def _place(self) -> Path:
         run = self._last_ended()

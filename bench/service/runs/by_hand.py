@@ -53,9 +53,8 @@ class ByHand:
             real_time=True,
             **what,
         )
-        self._keeper.held = False
         self._book.write(act, by, title, run=run.id)
-        return self._keeper.add(run)
+        return self._keeper.begin(run, by)
 
     def hold(self, run_id: str, held: bool) -> str:
         """Pass on that the button is held, or no longer; return which.

@@ -22,6 +22,7 @@ from bench.service.runs.runs import Run, Runs, now
 from bench.service.runs.shown import Shown
 from bench.service.runs.stopper import Press, Stopper, Target
 from bench.service.runs.stream import Stream
+from bench.stop_button.rest import rest_text
 
 Message = dict[str, Any]
 _LOG = logging.getLogger(__name__)
@@ -71,6 +72,8 @@ class Keeper:
         """Is called with a run that has ended; must not wait for anything."""
         self.heard = time.monotonic()
         self._held = runs.rebuilt or is_there(state / "held")
+        self._past_hold: set[str] = set()
+        """ids of runs that were started one by one while the queue was held"""
         self._link: ProcessLink | None = None
         self._starting: Run | None = None
         self._wake = asyncio.Event()
@@ -108,6 +111,11 @@ class Keeper:
         return None
 
     @property
+    def heard_s(self) -> float | None:
+        """For how long the run has said nothing, s; None where nothing runs."""
+        return None if self.runs.running() is None else time.monotonic() - self.heard
+
+    @property
     def silent(self) -> str | None:
         """For how long the run has said nothing, where that is too long."""
         run = self.runs.running()
@@ -123,12 +131,13 @@ class Keeper:
 
     @property
     def held(self) -> bool:
-        """After a stop or an alarm nothing begins by itself until the operator says so; a new service knows it too."""
+        """After a stop or an alarm no run that waits begins until the operator says so; a new service knows it too."""
         return self._held
 
     @held.setter
     def held(self, value: bool) -> None:
         self._held = value
+        self._past_hold.clear()
         if value:
             self._disk.replace(self._state / "held", "")
         else:
@@ -141,6 +150,20 @@ class Keeper:
         self.runs.put(run)
         self.changed()
         return run
+
+    def begin(self, run: Run, by: str) -> Run:
+        """Put a run into the queue that ``by`` starts now. Behind a hold it begins alone: what waits there stays held.
+
+        A hold behind which nothing waits ends with it, and the book says so; one under a run that still goes on stays.
+        """
+        if self.held and self.runs.running() is None:
+            if any(other.state == "queued" and other.id != run.id for other in self.runs.all()):
+                self._past_hold.add(run.id)
+                self._book.write("queue", by, f"{run.title} begins alone; the queue stays held", run=run.id)
+            else:
+                self.held = False
+                self._book.write("queue", by, "the queue was held with nothing waiting; it is held no longer")
+        return self.add(run)
 
     def changed(self) -> None:
         """Look again whether something can begin, and inform the pages."""
@@ -196,8 +219,8 @@ class Keeper:
 
     async def _step(self) -> None:
         run = self.runs.running()
-        if run is None and not self.held and not self._alarms.to_acknowledge():
-            run = self.runs.next()
+        if run is None and not self._alarms.to_acknowledge():
+            run = next((run for run in self.runs.all() if run.state == "queued" and self._may_begin(run)), None)
             if run is not None:
                 run = await self._start(run)
         if run is not None:
@@ -206,6 +229,10 @@ class Keeper:
         self._wake.clear()
         await self._wake.wait()
 
+    def _may_begin(self, run: Run) -> bool:
+        """Whether nothing holds a run; a stop since it was started does."""
+        return not self.held or run.id in self._past_hold
+
     async def _start(self, run: Run) -> Run | None:
         folder = self._processes.folder(run)
         self._starting = run
@@ -213,7 +240,7 @@ class Keeper:
             path = await asyncio.to_thread(
                 write_job, run, folder, self._processes.socket(run), self._stop_port, self._plant
             )
-            if self.held:
+            if not self._may_begin(run):
                 self._end(run, {"kind": "interrupted", "cause": "OPERATOR", "text": "stopped before it began"})
                 return None
             pid = await self._launcher.start(path, folder / "log.txt")
@@ -222,7 +249,7 @@ class Keeper:
             return None
         finally:
             self._starting = None
-        if not self.held:
+        if self._may_begin(run):
             self.stopper.forget()
         # what was measured until a stop stays in sight while the bench is reset
         keeps = run.resets or run.tares
@@ -232,7 +259,7 @@ class Keeper:
         run = self.runs.change(run.id, state="running", pid=pid, started_at=now())
         self._book.write("run", run.by, f"{run.title} begins", run=run.id, folder=run.folder)
         self.changed()
-        if self.held:
+        if not self._may_begin(run):
             # STOP was pressed while the process was being started
             self.stop("somebody")
         return run
@@ -269,6 +296,7 @@ class Keeper:
     def _end(self, run: Run, end: Message) -> None:
         end = {"text": "", **{key: value for key, value in end.items() if key != "type"}}
         at = self.shown.point_that_ran()
+        self._past_hold.discard(run.id)
         self.runs.change(run.id, state="ended", ended_at=now(), end=end, pid=None)
         self._book.write("run", run.by, f"{run.title} ended: {end['text'] or end['kind']}", run=run.id)
         self._say_rest(run, end)
@@ -287,8 +315,9 @@ class Keeper:
             press, _ = self.stopper.pressed(str(end["pressed_by"]), int(end["pressed_at_ns"]), run.id)
         if press is None or press.run != run.id or press.over:
             return
-        seen = end.get("at_rest_after_s")
-        self.stopper.seen(run.id, None if seen is None else float(seen))
-        when = local_time_of(press.pressed_at_ns)
-        rest = "nobody saw the shafts" if seen is None else f"{seen:.2f} s after the press both shafts were seen"
-        self._book.write("stop", press.by, f"STOP pressed at {when}: {rest} at rest", run=run.id, at_rest_after_s=seen)
+        self.stopper.seen(run.id, bool(end.get("at_rest")), end.get("rest_seen_at_ns"), end.get("bench_to_rest_s"))
+        seen = self.stopper.press or press
+        when = local_time_of(seen.pressed_at_ns)
+        rest = rest_text(seen.at_rest, seen.at_rest_after_s, seen.bench_to_rest_s)
+        text = f"STOP pressed at {when}: {rest}"
+        self._book.write("stop", seen.by, text, run=run.id, at_rest_after_s=seen.at_rest_after_s)

@@ -109,20 +109,16 @@ class Requests:
             twin_pause=new.twin_pause,
             resumes=new.secret is not None,
         )
-        if new.secret is not None and self._keeper.runs.running() is None:
-            # whoever holds the controls and starts a run lets the queue go on
-            self._keeper.held = False
         self._book.write("ask", by, f"{planned.title} {run.state}", run=run.id)
-        return self._keeper.add(run)
+        return self._keeper.add(run) if new.secret is None else self._keeper.begin(run, by)
 
     def again(self, run_id: str, by: str) -> Run:
         """Let a run that ended go on where it stopped."""
         run = self.run(run_id, "ended")
         if run.by_hand is not None or run.tares:
             raise NotNow("a motion by hand or a taring does not go on; press its button again")
-        self._keeper.held = False
         self._book.write("again", by, f"{run.title} goes on in {Path(run.folder).name}", run=run.id)
-        return self._keeper.add(following(run, by, resumes=True))
+        return self._keeper.begin(following(run, by, resumes=True), by)
 
     def run(self, run_id: str, state: str) -> Run:
         """Return a run in the state it has to be in.
@@ -136,6 +132,12 @@ class Requests:
         if run is None or run.state != state:
             raise Unknown(f'there is no {state} run "{run_id}"')
         return run
+
+    def approve(self, run_id: str, by: str) -> Run:
+        """Let a run begin that somebody without the controls proposed."""
+        run = self.run(run_id, "proposed")
+        self._book.write("approve", by, f"{run.title}, asked for by {run.by}", run=run.id)
+        return self._keeper.begin(replace(run, state="queued"), by)
 
     def change(self, run: Run, **changes: Any) -> Run:
         """Change a run that waits."""

@@ -122,10 +122,6 @@ class Runs:
         """The run that has the bench."""
         return next((run for run in self._runs.values() if run.state == "running"), None)
 
-    def next(self) -> Run | None:
-        """The run that is next."""
-        return next((run for run in self._runs.values() if run.state == "queued"), None)
-
     def _save(self) -> None:
         self._disk.replace(self._path, json.dumps([run.as_dict() for run in self._runs.values()], indent=1))
 

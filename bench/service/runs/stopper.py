@@ -16,9 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from bench.service.runs.process_link import ProcessLink, send_once
+from bench.stop_button.rest import after_press_s, is_own_time
 
-_OWN_CLOCK_NS = 600 * 10**9
-"""A stamp further from this computer's clock is of a clock that is wrong."""
 _SAME_PRESS_NS = 10**9
 """Presses of one person closer than this are one: nobody looks and presses anew so soon."""
 
@@ -32,14 +31,18 @@ class Press:
     by : name, for the record.
     pressed_at_ns : when it was pressed, Unix time in ns, stamped by whoever took the press first.
     run : id of the run it was for, None where nothing ran.
-    at_rest_after_s : from the press until both shafts were seen at rest, s; None where nobody saw it.
+    at_rest : whether both shafts were seen at rest.
+    at_rest_after_s : from the press until both shafts were seen at rest, s; None where that is not known.
+    bench_to_rest_s : from the begin of the stop until then, s of a bench whose time is not the clock's; else None.
     over : whether the run has ended, so that no more will be seen.
     """
 
     by: str
     pressed_at_ns: int
     run: str | None
+    at_rest: bool = False
     at_rest_after_s: float | None = None
+    bench_to_rest_s: float | None = None
     over: bool = False
 
     def as_dict(self) -> dict[str, Any]:
@@ -80,7 +83,8 @@ class Stopper:
     def pressed(self, by: str, pressed_at_ns: int | None, run: str | None) -> tuple[Press, bool]:
         """Note a press; return the one that counts for this run and whether it is this one."""
         now = time.time_ns()
-        at = now if pressed_at_ns is None or abs(pressed_at_ns - now) > _OWN_CLOCK_NS else pressed_at_ns
+        # a stamp of a clock that is wrong stamps nothing
+        at = now if pressed_at_ns is None or not is_own_time(pressed_at_ns, now) else pressed_at_ns
         known = self.press
         if known is not None and (known.run == run if run is not None else _is_same(known, by, at)):
             return known, False
@@ -105,10 +109,21 @@ class Stopper:
         if self._late is None or self._late.done():
             self._late = loop.create_task(self._kill_late(target.pid, is_running))
 
-    def seen(self, run: str, at_rest_after_s: float | None) -> None:
-        """The run that was stopped has ended, and this was seen of its shafts."""
-        if self.press is not None and self.press.run == run:
-            self.press = replace(self.press, at_rest_after_s=at_rest_after_s, over=True)
+    def seen(self, run: str, at_rest: bool, rest_seen_at_ns: int | None, bench_to_rest_s: float | None) -> None:
+        """The run that was stopped has ended, and this was seen of its shafts.
+
+        Parameters
+        ----------
+        at_rest : whether both were seen at rest.
+        rest_seen_at_ns : when, Unix time in ns; None where nobody stamped it.
+        bench_to_rest_s : see :class:`Press`.
+        """
+        press = self.press
+        if press is not None and press.run == run:
+            after_s = after_press_s(press.pressed_at_ns, rest_seen_at_ns) if at_rest else None
+            self.press = replace(
+                press, at_rest=at_rest, at_rest_after_s=after_s, bench_to_rest_s=bench_to_rest_s, over=True
+            )
 
     def forget(self) -> None:
         """A new run begins: the press was for another."""

@@ -112,9 +112,10 @@ export async function start(first = null) {
     } catch (error) { plan.textContent = sentence(error); }
   };
   sheet("Start a campaign", body, [[state.runs.some(r => r.state === "running") ? "Put it into the queue" : "Start", async () => {
-    const busy = Boolean(running()); // the answer may come after the run's begin
+    const busy = Boolean(running()), behind = state.held; // the answer may come after the run's begin
+    const others = state.runs.some(run => run.state === "queued");
     const answer = await post("runs", held({ name: me.name, campaign: chosen("campaign"), real_time: chosen("pace") === "clock", ...(chosen("twin") ? { twin: chosen("twin"), twin_pause: pauses.checked } : {}) }));
-    toast(answer.state === "queued" ? "It begins as soon as the bench is free" : "It waits for whoever holds the controls");
+    toast(answer.state === "queued" ? behind && busy ? "It waits: the queue is held" : behind && others ? "It begins alone; the other runs stay held" : "It begins as soon as the bench is free" : "It waits for whoever holds the controls");
     // whoever started it wants to see it
     if (answer.state === "queued" && !busy) document.dispatchEvent(new CustomEvent("view", { detail: "now" }));
   }]]);

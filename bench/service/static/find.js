@@ -62,7 +62,7 @@ function folders(list, hidden) {
   $("found-text").textContent = list.length ? `${list.length} campaign${list.length === 1 ? "" : "s"}${hidden ? "; others were put aside" : ""}` : "There are no recordings yet.";
   $("folders").replaceChildren(...(list.length ? [make("table", {}, head("Folder", "Recordings", "Points done", "Size", "Last change"), make("tbody", {}, ...list.map(one =>
     opened(make("tr", {}, make("td", {}, make("b", {}, one.name)), make("td", { "data-unit": "recordings" }, String(one.recordings)),
-      make("td", { "data-unit": "points done" }, one.done + one.failed === 0 ? "–" : `${one.done}${one.failed ? `, ${one.failed} not passed` : ""}`),
+      make("td", { "data-unit": "points done" }, one.done + one.failed + one.cut_short === 0 ? "–" : `${one.done}${one.failed ? `, ${one.failed} not passed` : ""}${one.cut_short ? `, ${one.cut_short} cut short` : ""}`),
       make("td", {}, bytes(one.bytes)), make("td", {}, moment(one.changed_at * 1000))), () => openFolder(one.name)))))] : []));
 }
 

@@ -90,6 +90,8 @@ export function heard() {
 }
 
 const rest = stopped => stopped.at_rest_after_s !== null ? `At rest after ${stopped.at_rest_after_s.toFixed(2)} s, seen on both shafts.`
+  : stopped.at_rest && stopped.bench_to_rest_s !== null ? `Seen at rest on both shafts, ${stopped.bench_to_rest_s.toFixed(2)} s after the stop began by the bench's own time, which is not the clock's.`
+  : stopped.at_rest ? "Seen at rest on both shafts; how long after the press is not known."
   : stopped.over ? "It was not observed whether the shafts are at rest: look at the bench." : "It has not been observed at rest yet.";
 
 // One line below the header, on every page: who pressed, when, and what was seen since.
@@ -104,7 +106,7 @@ export function show() {
   }
   // as long as the service knows nothing of it, what the run's own listener said
   const seen = press?.seen && (state.gone || state.stop?.run !== press.run) ? press.seen : null;
-  const by = seen ? { by: seen.pressed_by ?? "somebody", pressed_at_ns: seen.pressed_at_ns ?? press.at_ms * 1e6, run: seen.run, at_rest_after_s: seen.at_rest_after_s ?? null, over: seen.state === "not_seen" } : state.stop;
+  const by = seen ? { by: seen.pressed_by ?? "somebody", pressed_at_ns: seen.pressed_at_ns ?? press.at_ms * 1e6, run: seen.run, at_rest: seen.state === "at_rest", at_rest_after_s: seen.at_rest_after_s ?? null, bench_to_rest_s: seen.bench_to_rest_s ?? null, over: seen.state === "not_seen" } : state.stop;
   place.hidden = !by || by.run === null;
   if (!place.hidden) place.replaceChildren(make("b", {}, `STOP pressed by ${by.by}, ${moment(by.pressed_at_ns / 1e6)}`), make("p", {}, rest(by)));
 }

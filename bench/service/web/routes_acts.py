@@ -94,7 +94,11 @@ async def release(body: m.Act, service: The) -> m.Done:
 
 @router.post("/runs", summary="Ask for a campaign")
 async def new_run(body: m.NewRun, service: The) -> m.RunAnswer:
-    """With the controls it joins the queue and begins when the bench is free; without, it waits for the operator."""
+    """With the controls it joins the queue and begins when the bench is free; without, it waits for the operator.
+
+    While the queue is held after a stop it begins alone, and the runs that waited stay held. Asked for while a run is
+    still being stopped it waits with them.
+    """
 
     async def act() -> m.RunAnswer:
         return _answer(await service.requests.new(body))
@@ -108,13 +112,9 @@ async def new_run(body: m.NewRun, service: The) -> m.RunAnswer:
 async def approve(run_id: RunId, body: m.Act, service: The) -> m.RunAnswer:
     """The operator's word for what somebody else proposed."""
 
-    def do(name: str) -> m.RunAnswer:
-        run = service.requests.run(run_id, "proposed")
-        service.book.write("approve", name, f"{run.title}, asked for by {run.by}", run=run.id)
-        service.keeper.held = False
-        return _answer(service.requests.change(run, state="queued"))
-
-    answer: m.RunAnswer = await _act_once(service, "approve", body, do, run_id)
+    answer: m.RunAnswer = await _act_once(
+        service, "approve", body, lambda name: _answer(service.requests.approve(run_id, name)), run_id
+    )
     return answer
 
 
@@ -156,7 +156,7 @@ async def reset(body: m.ResetAct, service: The) -> m.RunAnswer:
 
 @router.post("/queue/go-on", summary="Let the queue go on after a stop")
 async def queue(body: m.Act, service: The) -> m.Done:
-    """After STOP or an alarm nothing begins by itself until this is said."""
+    """After STOP or an alarm no run that waits begins until this is said."""
 
     def do(name: str) -> m.Done:
         service.book.write("queue", name, "the queue goes on")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import time
 from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Depends
@@ -193,5 +192,8 @@ async def remark(body: m.BookRemark, service: The) -> m.Done:
 
 @router.get("/health", summary="Whether the service and its run live")
 async def health(service: The) -> Answer:
-    """``alive`` is false when a run has not been heard of for long."""
-    return {"alive": service.keeper.is_alive(), "heard_s": time.monotonic() - service.keeper.heard}
+    """``alive`` is false when a run has not been heard of for long.
+
+    ``heard_s`` is for how long the run has said nothing, s; null where nothing runs.
+    """
+    return {"alive": service.keeper.is_alive(), "heard_s": service.keeper.heard_s}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import threading
 from collections.abc import Callable, Sequence
 from datetime import datetime
@@ -24,6 +25,7 @@ from bench.cycle.channels import Scaling
 from bench.cycle.end import EndKind
 from bench.protocols import Segment
 from bench.recording import Recording, RecordingFolder
+from bench.service.data.recordings import folders
 
 SPEEDS = tuple(radians(speed) for speed in (60, -60, 50))
 CAMPAIGN = Campaign("short", "three fast points", (Stage("all", (Block("constant_velocity", (0.0,), SPEEDS),)),))
@@ -64,6 +66,7 @@ def test_the_point_that_runs_is_skipped_and_the_next_one_measured(tmp_path: Path
     summary = run(operator, tmp_path)
     assert summary.end.kind is EndKind.FINISHED
     assert [taken.status for taken in operator.ended] == [Status.SKIPPED, Status.DONE, Status.DONE]
+    assert [taken.complete for taken in operator.ended] == [False, True, True]
     assert not summary.failed
     cut = Recording.open(tmp_path / operator.ended[0].file)
     assert not cut.complete
@@ -71,6 +74,14 @@ def test_the_point_that_runs_is_skipped_and_the_next_one_measured(tmp_path: Path
     again = run(Operator(lambda _: None), tmp_path)
     assert again.earlier == 2
     assert [taken.status for taken in again.taken] == [Status.DONE]
+
+
+def test_a_point_that_is_stopped_is_told_as_not_complete(tmp_path: Path) -> None:
+    run(Operator(lambda o: o.directions.stop()), tmp_path / "spring")
+    (last,) = json.loads((tmp_path / "spring" / "campaign.json").read_text("utf-8"))["recordings"][:1]
+    assert (last["status"], last["complete"]) == ("failed", False)
+    (entry,) = folders(tmp_path)
+    assert (entry["done"], entry["failed"], entry["cut_short"]) == (0, 0, 1)
 
 
 def test_a_point_still_to_come_is_left_out(tmp_path: Path) -> None:

@@ -79,7 +79,9 @@ def check_stopped(folder: Path, summary: Summary, cause: Cause, sentence: str) -
     assert sentence in summary.end.text
     assert "\n" not in summary.end.text
     assert latch_of(load_bench("rh380n"), folder).read().standing is Standing.STOPPED
-    (record,) = (json.loads(path.read_text()) for path in folder.glob("stop-*.json"))
+    (written,) = folder.glob("stop-*.json")
+    assert summary.stop_record == written.name
+    record = json.loads(written.read_text())
     assert record["cause"] == cause.name
     assert sentence in record["text"]
     assert record["rungs"][0]["rung"] == "controlled ramp"

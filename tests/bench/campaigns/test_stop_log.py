@@ -20,8 +20,9 @@ def test_a_record_that_cannot_be_written_is_told_and_written_later(
         patch.setattr("os.fsync", fail)
         log.write([STOP])
     assert "No space left" in str(log.trouble)
+    assert log.last is None
     log.write([STOP])
-    assert log.trouble is None
+    assert (log.trouble, log.last) == (None, "stop-0001.json")
     assert [path.name for path in tmp_path.iterdir()] == ["stop-0001.json"]
 
 

@@ -10,10 +10,11 @@ from typer.testing import CliRunner
 from bench.campaigns.taken import Status, Summary, Taken
 from bench.cli.app import COMMANDS, make_app
 from bench.cli.exit_codes import MEANING, ExitCode, exit_code_help, exit_code_of
-from bench.cli.run import _print
+from bench.cli.run import _exit_code, _print
 from bench.configuration import load_bench
-from bench.cycle.end import End, EndKind
+from bench.cycle.end import NOT_WRITTEN, End, EndKind
 from bench.errors import BenchError, ConfigurationError, DeviceError, LimitError, RecordingError
+from bench.safety import Cause
 from tests.program import bench
 
 
@@ -143,6 +144,36 @@ def test_a_run_says_what_to_do_next(end: End, said: str, capsys: pytest.CaptureF
     assert "drifted by 0.00 N·m" in output
     # why it ended is said once
     assert output.count(end.text or "identify") == 1
+
+
+@pytest.mark.parametrize(
+    ("cause", "headline", "code"),
+    [
+        (Cause.RECORDER, "the recording cannot be written: [Errno 28] No space left on device", 7),
+        (Cause.BUS_ENDED, "a device or the bus failed: ", 5),
+        (Cause.MOTOR_SPEED, "a limit stopped the bench: ", 4),
+        (Cause.PROGRAM, "the run's own program failed: ", 4),
+    ],
+)
+def test_a_stop_is_told_by_its_cause(
+    cause: Cause, headline: str, code: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    prefix = f"{NOT_WRITTEN}: " if cause is Cause.RECORDER else ""
+    summary = Summary(end=End(EndKind.TRIPPED, f"{prefix}[Errno 28] No space left on device", cause))
+    _print(summary, Path("first"), None, 2.0, Console(width=200))
+    output = capsys.readouterr().out
+    assert headline in output
+    assert output.count("cannot be written") == int(cause is Cause.RECORDER)
+    assert _exit_code(summary) == code
+
+
+def test_only_a_record_of_the_stop_that_is_there_is_named(capsys: pytest.CaptureFixture[str]) -> None:
+    for record, said in ((None, False), ("stop-0003.json", True)):
+        summary = Summary(end=End(EndKind.TRIPPED, "too fast", Cause.MOTOR_SPEED), stop_record=record)
+        _print(summary, Path("first"), None, 2.0, Console(width=200))
+        output = capsys.readouterr().out
+        assert ("The record of the stop" in output) == said
+        assert ("first/stop-0003.json" in output) == said
 
 
 def test_run_refuses_before_anything_is_opened(app: typer.Typer, tmp_path: Path) -> None:

@@ -103,8 +103,8 @@ def test_the_listener_is_asked_until_it_knows_the_rung_or_is_gone() -> None:
     with listening(button) as there:
         assert there.port is not None
         button.press("Ann")
-        rungs = [SimpleNamespace(rung="disable voltage", began_s=0.1)]
-        record = SimpleNamespace(to_rest_s=0.2, lasted_s=0.2, rungs=rungs)
+        rungs = [SimpleNamespace(rung="disable voltage", at_ns=time.time_ns())]
+        record = SimpleNamespace(to_rest_s=0.2, rest_seen_at_ns=time.time_ns(), rungs=rungs)
         timer = threading.Timer(0.3, lambda: button.stopped(record))
         timer.start()
         stop_times._hear(there.port, time.monotonic() + 10.0, said)

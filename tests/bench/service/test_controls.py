@@ -15,6 +15,7 @@ import pytest
 
 from bench.service.files.book import Book
 from bench.service.files.disk import Disk
+from bench.service.runs.keeper import Keeper
 from bench.service.runs.lease import LOST_S, SILENT_S, Lease, NotHeld
 from bench.service.runs.watches import look_at_disk, watch
 from bench.service.service import Service
@@ -293,3 +294,67 @@ def test_an_error_of_one_look_does_not_end_the_watch() -> None:
         task.cancel()
 
     asyncio.run(scene())
+
+
+def held_with_one_waiting(client: Client) -> str:
+    """STOP while one campaign runs and another waits; return the id of the one that waits."""
+    client.take()
+    client.ask("runs", name="Ann", secret=client.secret, campaign="paper")
+    client.until(lambda: client.launcher.jobs)
+    waiting: str = client.ask("runs", name="Ann", secret=client.secret, campaign="short")["id"]
+    client.http.post("/api/stop", json={"by": "Ann"})
+    client.until(lambda: client.state("runs")["runs"][0]["state"] == "ended")
+    return waiting
+
+
+def run_of(client: Client, run: str) -> dict[str, Any]:
+    return next(one for one in client.state("runs")["runs"] if one["id"] == run)
+
+
+@pytest.mark.parametrize("act", ["start", "again", "approve", "reset"])
+def test_what_is_started_behind_a_hold_begins_alone(client: Client, act: str) -> None:
+    waiting = held_with_one_waiting(client)
+    ended = client.state("runs")["runs"][0]["id"]
+    if act == "start":
+        asked = client.ask("runs", name="Ann", secret=client.secret, campaign="quick")["id"]
+    elif act == "again":
+        asked = client.ask(f"runs/{ended}/again", secret=client.secret)["id"]
+    elif act == "approve":
+        asked = client.ask("runs", name="Bob", campaign="quick")["id"]
+        client.ask(f"runs/{asked}/approve", secret=client.secret)
+    else:
+        asked = client.ask("reset", secret=client.secret, run=ended)["id"]
+    client.until(lambda: run_of(client, asked)["state"] == "running")
+    assert (run_of(client, waiting)["state"], client.state("runs")["held"]) == ("queued", True)
+    texts = [entry["text"] for entry in client.get("book") if entry["act"] == "queue"]
+    assert texts == [f"{run_of(client, asked)['title']} begins alone; the queue stays held"]
+    client.launcher.processes[1].kill()
+    client.until(lambda: run_of(client, asked)["state"] == "ended")
+    assert (run_of(client, waiting)["state"], len(client.launcher.jobs)) == ("queued", 2)
+
+
+def test_only_the_release_lets_what_waits_go_on(client: Client) -> None:
+    waiting = held_with_one_waiting(client)
+    client.ask("queue/go-on", secret=client.secret)
+    client.until(lambda: run_of(client, waiting)["state"] == "running")
+    assert not client.state("runs")["held"]
+
+
+def test_a_stop_takes_back_what_was_started_behind_a_hold(client: Client) -> None:
+    held_with_one_waiting(client)
+    keeper: Keeper = client.http.app.state.service.keeper  # type: ignore[attr-defined]
+    first = client.ask("runs", name="Ann", secret=client.secret, campaign="quick")["id"]
+    client.until(lambda: run_of(client, first)["state"] == "running")
+    later = client.ask("runs", name="Ann", secret=client.secret, campaign="quick")["id"]
+    client.http.post("/api/stop", json={"by": "Ann"})
+    client.until(lambda: run_of(client, first)["state"] == "ended")
+    assert (run_of(client, later)["state"], keeper.held, len(client.launcher.jobs)) == ("queued", True, 2)
+
+
+def test_a_hold_with_nothing_behind_it_ends_with_a_start_and_the_book_says_so(client: Client) -> None:
+    client.take()
+    client.http.post("/api/stop", json={"by": "Ann"})
+    client.ask("runs", name="Ann", secret=client.secret, campaign="quick")
+    client.until(lambda: client.launcher.jobs)
+    assert not client.state("runs")["held"]
+    assert any("it is held no longer" in entry["text"] for entry in client.get("book") if entry["act"] == "queue")

@@ -13,7 +13,9 @@ import time
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 
+from bench.cli._joined import _report_end
 from bench.configuration import load_bench
 from bench.errors import DeviceError
 from bench.locks import bus_in_use, folder_in_use, service_for, serving
@@ -145,3 +147,18 @@ def test_bench_run_joins_the_queue_follows_and_reports(tmp_path: Path) -> None:
             time.sleep(0.05)
             last = json.loads(runs.read_text("utf-8"))[-1]
         assert last["end"].get("kind", "interrupted") == "interrupted"
+
+
+@pytest.mark.parametrize(
+    ("kind", "cause", "code"),
+    [
+        ("tripped", "RECORDER", 7),
+        ("tripped", "BUS_ENDED", 5),
+        ("tripped", "MOTOR_SPEED", 4),
+        ("tripped", "of another program", 4),
+        ("interrupted", "OPERATOR", 130),
+    ],
+)
+def test_a_run_that_joined_ends_with_the_code_of_what_stopped_it(kind: str, cause: str, code: int) -> None:
+    run = {"id": "1", "folder": "first", "end": {"kind": kind, "cause": cause, "text": "why"}}
+    assert _report_end(run, Console(quiet=True), as_json=False) == code

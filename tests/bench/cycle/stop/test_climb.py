@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import fields, replace
 from datetime import UTC, datetime
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from bench.configuration import load_bench
 from bench.cycle.decode import Decoded
 from bench.cycle.sink import NoSink
+from bench.cycle.stop import climb
 from bench.cycle.stop.climb import Stop
 from bench.protocols import Segment
 from bench.safety import Cause, Inputs, StopRecord
@@ -28,7 +30,7 @@ class Rig:
         self.set_values = (0.5, 300.0)
         self.time, self.cycle, self.frames, self.off, self.silent = 100.0, 1000, 0, False, False
         self.now = datetime.now(UTC)
-        self.powered = True
+        self.powered, self.is_real_time = True, True
 
     @property
     def sent_values(self) -> tuple[float, float]:
@@ -124,6 +126,25 @@ def test_a_load_shaft_that_is_not_seen_at_rest_is_not_said_to_be() -> None:
     assert record.shafts_at_rest == {"input": True, "load": False}
     assert texts[-1] == "the stop has ended; not seen at rest: load shaft"
     assert record.lasted_s == pytest.approx(1.0, abs=0.1), "no voltage, input at rest: it is looked for a second"
+
+
+def test_the_moment_of_rest_is_stamped_by_the_clock(monkeypatch: pytest.MonkeyPatch) -> None:
+    rig = Rig(coasting(0.2, 0.4))
+    # the clock of the computer goes three times as fast as the bench's
+    monkeypatch.setattr(climb, "time", SimpleNamespace(time_ns=lambda: round(3e9 * (rig.time - 100.0))))
+    record, _ = stopped(rig, Cause.MOTOR_SPEED)
+    assert record.to_rest_s == pytest.approx(0.42, abs=0.03)
+    assert record.rest_seen_at_ns == pytest.approx(3e9 * 0.46, abs=3e9 * 0.05)
+    assert record.rungs[0].at_ns == 0
+
+
+def test_a_bench_faster_than_the_clock_stamps_nothing_by_the_clock() -> None:
+    rig = Rig(coasting(0.2, 0.5))
+    rig.is_real_time = False
+    record, _ = stopped(rig, Cause.MOTOR_SPEED)
+    assert record.to_rest_s is not None
+    assert record.rest_seen_at_ns is None
+    assert {rung.at_ns for rung in record.rungs} == {None}
 
 
 def test_one_slow_moment_is_no_rest() -> None:
