@@ -192,9 +192,8 @@ class Path:
         less than half of what stands there.
         """
         stages = [beside(whole, float(f), fitted, vectors[:, i], float(shape[i])) for i, f in enumerate(orders)]
-        paths = [self.away_from(float(f), fitted) for f in orders]
-        k = int(np.argmax([path.stepped(one)[1] for path, one in zip(paths, stages, strict=True)]))
-        more = paths[k].followed(stages[k])[0]
+        k = int(np.argmax([self.stepped(one)[1] for one in stages]))
+        more = self.followed(stages[k])[0]
         order, stage = float(orders[k]), stages[k]
         if more:
             order = rounded(float(orders[k]) + more)

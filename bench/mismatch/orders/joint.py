@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.mismatch.orders.between import FARTHEST, NEXT, Path, left_of, rounded
+from bench.mismatch.orders.between import FARTHEST, Path, left_of, rounded
 from bench.mismatch.orders.look import PARTS
 from bench.mismatch.orders.revolutions import Complex, Revolution, Seen
 from bench.mismatch.orders.weak import Stage, WeakOrder
@@ -41,11 +41,11 @@ def moved(
     out: dict[float, float] = {}
     for order in filter(is_between, found):
         one = _alone(whole, seen, train, order)
-        others = [*(f for f in seen.orders if f != order), *out.values()]
-        more, gain = path.away_from(order, others).followed(one)
+        # a found order may stand where this one should: then it goes. One that the simulation has stays
+        more, gain = path.away_from(order, [f for f in seen.orders if f not in found]).followed(one)
         to_whole, to_part = round(order) - order, round(order * PARTS) / PARTS - order
-        near = abs(to_whole) <= 1.0 / PARTS and round(order) not in others
-        off = abs(to_part) > EXACT and all(abs(order + to_part - f) > NEXT for f in others)
+        near = abs(to_whole) <= 1.0 / PARTS and round(order) not in seen.orders
+        off = abs(to_part) > EXACT and all(abs(order + to_part - f) > EXACT for f in seen.orders)
         # where it stands is one of many places too, unless that is a part of an order
         if abs(to_part) > EXACT and not more:
             gain -= path.price

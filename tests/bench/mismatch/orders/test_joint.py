@@ -61,7 +61,7 @@ def test_an_order_leaves_a_place_where_its_phases_are_nearly_alike() -> None:
     assert moved(now, revolutions, np.ones(starts.size, dtype=bool), of(off)) == {off: pytest.approx(true, abs=1e-3)}
 
 
-def test_an_order_does_not_move_next_to_another() -> None:
+def test_an_order_does_not_move_next_to_one_that_the_simulation_has() -> None:
     """A gearbox's own order that changes with the state looks like two orders next to each other, of which a revolution
     shows only the sum: each then takes what the other leaves, and recordings at other angles are predicted by neither.
     """
@@ -82,3 +82,12 @@ def test_a_path_keeps_away_from_other_orders_and_keeps_its_place() -> None:
     assert np.all(np.abs(moved_to - 20.0) > NEXT)
     assert np.all(np.abs(moved_to - 20.05 - 0.5 * NEXT) > NEXT)
     assert 0 < moved_to.size < path.steps.size - 1
+
+
+def test_an_order_may_take_the_place_of_a_found_one() -> None:
+    """What was first found at the whole order next to it goes when the order itself has been found."""
+    lines = np.array([(20.02, 20.0 * NOISE, 0.4)])
+    now, revolutions = shown(13, 2.0, lines, (20.0, 20.1))
+    steps = moved(now, revolutions, TRAIN, of(20.0, 20.1))
+    assert 20.1 in steps
+    assert abs(steps[20.1] - 20.0) <= 2.0 * NEXT
