@@ -44,8 +44,11 @@ def predict(
 
     written = []
     out.mkdir(parents=True, exist_ok=True)
+    notes: list[str] = []
     refused: dict[str, list[str]] = {}
     for one in predict_recordings(model, recordings):
+        if one.unlike and one.unlike not in notes:
+            notes.append(one.unlike)
         for sentence in one.refused:
             # recordings of a folder mostly lack the same channels
             refused.setdefault(sentence.replace(one.recording.recording_id, "", 1), []).append(sentence)
@@ -64,7 +67,9 @@ def predict(
             say(f"{files[0]}: residual (rms) {', '.join(parts)}")
     if as_json:
         sentences = list(dict.fromkeys(sentence for alike in refused.values() for sentence in alike))
-        say(json.dumps({"recordings": written, "refused": sentences}, ensure_ascii=False))
+        say(json.dumps({"recordings": written, "refused": sentences, "notes": notes}, ensure_ascii=False))
         return
+    for note in notes:
+        say(f"note: {note}")
     for first, *others in refused.values():
         say(f"note: {first}{f' (the same in {len(others)} other recordings)' if others else ''}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -45,11 +45,14 @@ class Channel:
 
 @dataclass(frozen=True, slots=True)
 class Predicted:
-    """A recording with its predicted channels; ``refused``: a sentence for each channel that cannot be predicted."""
+    """A recording with its predicted channels; ``refused``: a sentence for each channel that cannot be predicted;
+    ``unlike``: that the simulation is of another gearbox, empty where it is not.
+    """
 
     recording: Recording
     channels: tuple[Channel, ...]
     refused: tuple[str, ...]
+    unlike: str = ""
 
 
 def predict_recordings(model: Path, path: Path) -> Iterator[Predicted]:
@@ -65,7 +68,7 @@ def predict_recordings(model: Path, path: Path) -> Iterator[Predicted]:
     RecordingError
         There is no such recording, or it cannot be read.
     """
-    Simulation.load(model)  # refused by its own sentence, before recordings are read
+    gearbox = Simulation.load(model).gearbox  # refused by its own sentence, before recordings are read
     if path.is_dir():
         recordings: Sequence[Recording] = RecordingFolder.open(path).recordings
         if not recordings:
@@ -82,7 +85,8 @@ def predict_recordings(model: Path, path: Path) -> Iterator[Predicted]:
     any_at_all = False
     refused: tuple[str, ...] = ()
     for recording, channels in predictions:
-        one = _predicted(model, recording, channels)
+        unlike = gearbox.unlike(float(recording.gearbox.ratio or 1.0))
+        one = replace(_predicted(model, recording, channels), unlike=unlike)
         any_at_all |= bool(one.channels)
         refused = refused or one.refused
         yield one

@@ -68,6 +68,8 @@ def _run(
     base = reference.base
     data = load(recordings, lambda what, share: report_progress(what, 0.3 * share), jobs, base)
     given = reference.given(data)
+    if reference.kind == "model" and (unlike := given.gearbox.unlike(data.ratio)):
+        data.notes.append(unlike)
     channels, skipped = compared_channels(data)
     report = Report(UNDETERMINED, enough(data), data, skipped=skipped)
     report.simulation = Compared(reference.kind, reference.file)

@@ -46,6 +46,10 @@ NOMINAL_TERMS: tuple[str, ...] = (
 _COEFFICIENT_TERMS = ("te.fourier", "te.offset")
 
 
+SAME_RATIO = 1e-3
+"""relative difference up to which two gear ratios are one, rounded: tooth numbers make far larger steps"""
+
+
 @dataclass(frozen=True, slots=True)
 class Gearbox:
     """Ratio u and tooth numbers, None where the gearbox has none."""
@@ -55,6 +59,15 @@ class Gearbox:
     z2: int | None = 96
     z3: int | None = 45
     z4: int | None = 46
+
+    def unlike(self, ratio: float) -> str:
+        """A sentence where recordings are of another ``ratio``; empty where they are not."""
+        if abs(ratio - self.ratio) <= SAME_RATIO * abs(self.ratio):
+            return ""
+        return (
+            f"the simulation is of a gearbox of ratio {self.ratio:g}, the recordings are of one of ratio {ratio:g}: "
+            "its torques and orders are those of another gearbox"
+        )
 
 
 @dataclass(frozen=True, slots=True)

@@ -99,3 +99,16 @@ def test_what_recordings_of_a_folder_lack_alike_is_said_once(tmp_path: Path) -> 
     assert lines == [
         "note: transmission_error is not predicted: r001 has no load_angle (the same in 2 other recordings)"
     ]
+
+
+@pytest.mark.parametrize("ratio", [185.0, 185.00001, 121.0])
+def test_a_simulation_of_another_gearbox_is_said_to_be(recording: Path, tmp_path: Path, ratio: float) -> None:
+    content = json.loads(model(tmp_path).read_text())
+    content["gearbox"] = {"ratio": ratio}
+    (tmp_path / "model.json").write_text(json.dumps(content))
+    (one,) = predict_recordings(tmp_path / "model.json", recording)
+    assert ("ratio 121" in one.unlike and "ratio 185" in one.unlike) == (ratio == 121.0)
+    assert bool(one.unlike) == (ratio == 121.0)
+    arguments = ["predict", str(tmp_path / "model.json"), str(recording), "--out", str(tmp_path / "out")]
+    result = CliRunner().invoke(make_app(), arguments)
+    assert ("another gearbox" in result.output) == (ratio == 121.0)
