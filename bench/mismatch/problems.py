@@ -60,8 +60,7 @@ def wandering_zero(data: Dataset, rows: Rows, zero: float, capacity: float) -> B
     ``zero``: how far they differ from recording to recording, N·m; ``capacity``: heat capacity, J/K.
     """
     torque = noise.mixture(data.density.get(MOTOR_TORQUE, []))
-    fitted = np.flatnonzero(np.asarray(data.folds()) >= 0)
-    return BaseTerm(WanderingZero(tuple(map(int, fitted))), zero_precisions(rows.frame, torque, zero, capacity))
+    return BaseTerm(WanderingZero(), zero_precisions(rows.frame, torque, zero, capacity))
 
 
 def problem_of(

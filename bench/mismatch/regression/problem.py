@@ -168,13 +168,11 @@ class Untold:
 class WanderingZero(Untold):
     """Heat that never was: the zero of the motor's torque, integrated over the speed, is a recording's own.
 
-    One regressor for each recording, and one for each stretch of a long one: zeros of another day are others. Over the
-    ``fitted`` recordings, weighted with their travel, their mean is nothing: beside heating runs at one torque a common
-    zero could not be separated from the heat capacity, and what no file holds is missing from every prediction (a
-    constant zero is asked for in :mod:`bench.mismatch.power_zeros`).
+    One regressor for each recording, and one for each stretch of a long one: zeros of another day are others. None is
+    common to all: beside heating runs at one torque it could not be separated from the heat capacity, and what no file
+    holds is missing from every prediction (a constant zero is asked for in :mod:`bench.mismatch.power_zeros`).
     """
 
-    fitted: tuple[int, ...] = ()
     words: str = "zero of the motor torque in the heat balance"
     equation: str = "dT/dt += z_r*w_m/C"
 
@@ -182,21 +180,13 @@ class WanderingZero(Untold):
         """Integral of the motor's speed over each recording alone (zero elsewhere); then over each
         :data:`STRETCH_S` of the recordings that last longer.
         """
-        recordings = [(rows, np.ones(rows.stop - rows.start, dtype=bool)) for rows in _recordings(frame)]
-        return np.hstack([self._columns(frame, recordings), self._columns(frame, _stretches(frame))])
-
-    def _columns(self, frame: Frame, parts: Sequence[tuple[slice, NDArray[np.bool_]]]) -> FloatArray:
-        """The columns of some parts of recordings, less the zero that those of the fitted ones have in common."""
+        recordings = _recordings(frame)
+        parts = [(rows, np.ones(rows.stop - rows.start, dtype=bool)) for rows in recordings]
+        parts += _stretches(frame)
         omega = frame.omega
         out = np.zeros((frame.size, len(parts)), order="F")
-        travel = np.zeros(len(parts))
         for k, (rows, stretch) in enumerate(parts):
             out[rows, k] = integral(np.where(stretch, omega[rows], 0.0), frame.take(rows))
-            if frame.recording[rows.start] in self.fitted:
-                travel[k] = float(np.abs(out[rows, k]).max())
-        if travel.any():
-            common = out[:, travel > 0.0].sum(axis=1)
-            out -= np.outer(common, travel / travel.sum())
         return out
 
 

@@ -176,23 +176,6 @@ def test_no_zero_is_common_to_all_recordings() -> None:
         assert np.unique(frame.recording[column != 0.0]).size == 1
 
 
-def test_zeros_of_the_fitted_recordings_have_no_mean() -> None:
-    """A mean of the zeros is a part of the heat capacity to every recording, and no file holds it."""
-    frame = heated(0.0).frame
-    fitted = tuple(range(RECORDINGS_MADE - 1))
-    alone, apart = WanderingZero().columns(frame), WanderingZero(fitted).columns(frame)
-    number = len(fitted)
-    alike = apart[:, :number].sum(axis=1)
-    among = np.isin(frame.recording, fitted)
-    assert np.abs(alone[among, :number].sum(axis=1)).max() > 0.0
-    assert np.allclose(alike, 0.0, atol=1e-9 * np.abs(alone).max())
-    # a recording that is held out has its own
-    held = frame.recording == number
-    assert np.array_equal(apart[held, number], alone[held, number])
-    # a zero that one recording alone has is still its own, less the mean of all
-    assert np.linalg.matrix_rank(apart[:, :number]) == number - 1
-
-
 def test_a_stretch_of_a_long_recording_wanders_as_far_as_the_torque_is_noisy() -> None:
     frame = heated(0.0).frame
     stretches = WanderingZero().columns(frame).shape[1] - RECORDINGS_MADE
