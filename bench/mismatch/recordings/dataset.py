@@ -125,7 +125,7 @@ def enough(data: Dataset) -> str:
 def _kept(data: Dataset, train: int) -> str:
     """What can be fitted, in words: recordings, or blocks of few that are too short."""
     if all(piece.rows is None for piece in data.parts):
-        return f"{train} recordings can be fitted"
+        return f"{train} recording{'' if train == 1 else 's'} can be fitted"
     whole = {str(piece.recording.path): piece.recording for piece in data.parts}.values()
     seconds = sum(r.size / r.sample_rate for r in whole)
     return f"{seconds:.3g} s of recordings make {train} blocks that can be fitted ({WELL_CUT_S:g} s make enough)"

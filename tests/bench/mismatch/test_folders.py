@@ -23,6 +23,8 @@ from bench.mismatch.recordings.motion import Manner
 from bench.mismatch.run import run
 from bench.recording import Recording, write_recording
 from bench.recording.header import ChannelSpec, Gearbox, RecordingHeader, Segment, Setpoint
+from bench.simulation import Simulation
+from bench.simulation import model as simulated
 
 RATE = 200.0
 BEGIN = datetime(2026, 1, 1, tzinfo=UTC)
@@ -94,7 +96,7 @@ def test_a_short_recording_alone_is_undetermined_with_the_reason(tmp_path: Path)
     write(folder, 0, seconds=2.0)
     report = run(folder, tmp_path / "out")
     assert report.verdict == "undetermined"
-    assert "1 recordings can be fitted, at least 6" in report.why
+    assert "1 recording can be fitted, at least 6" in report.why
     assert "Undetermined" in (tmp_path / "out" / "report.html").read_text()
 
 
@@ -336,3 +338,14 @@ def test_a_recording_of_few_seconds_says_how_long_it_should_be(tmp_path: Path) -
     assert report.why.startswith(
         "6.2 s of recordings make 3 blocks that can be fitted (10 s make enough), at least 6 are"
     )
+
+
+@pytest.mark.parametrize(("ratio", "said"), [(185.0, False), (121.0, True)])
+def test_a_simulation_of_another_gearbox_is_said_to_be(tmp_path: Path, ratio: float, said: bool) -> None:
+    folder = tmp_path / "r"
+    folder.mkdir()
+    write(folder, 0, seconds=2.0)
+    Simulation.nominal(simulated.Gearbox(ratio)).save(tmp_path / "model.json")
+    report = run(folder, tmp_path / "out", tmp_path / "model.json")
+    assert any("gearbox of ratio 121" in note for note in report.data.notes) is said
+    assert ("of another gearbox" in (tmp_path / "out" / "report.html").read_text()) is said
