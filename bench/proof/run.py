@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from dataclasses import dataclass, replace
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 from bench.errors import ProofError
-from bench.processes import over
+from bench.processes import over, workers
 from bench.proof import make
 from bench.proof.analyse import Job, Outcome, done_before, draw_case, prove_case
 from bench.proof.score import CaseScore, score
@@ -100,7 +99,7 @@ def _outcomes(jobs: Sequence[Job], processes: int, dask: str | None) -> Iterator
     elif processes <= 1:
         yield from ((index, prove_case(job)) for index, job in enumerate(jobs))
     else:
-        with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
+        with workers(processes) as pool:
             waiting = {pool.submit(prove_case, job): index for index, job in enumerate(jobs)}
             for future in as_completed(waiting):
                 yield waiting[future], future.result()

@@ -3,8 +3,17 @@
 from __future__ import annotations
 
 import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
 
+import bench
 from bench.processes import over
+
+BEGIN = "from tests.bench.test_processes import _stay; from bench.processes import over; list(over(_stay, {}, jobs=2))"
+LONG_S = 60.0
 
 
 def _square_and_process(number: int) -> tuple[int, int]:
@@ -21,3 +30,34 @@ def test_results_come_in_order_and_from_other_processes() -> None:
 
 def test_nothing_to_do_is_nothing_done() -> None:
     assert list(over(_square_and_process, [], jobs=4)) == []
+
+
+def _stay(file: str) -> None:
+    Path(file).write_text(str(os.getpid()))
+    time.sleep(LONG_S)
+
+
+def _lives(process: int) -> bool:
+    try:
+        state = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0]
+    except OSError:
+        return False
+    return state != "Z"
+
+
+def test_workers_end_with_the_process_that_began_them(tmp_path: Path) -> None:
+    """A worker whose parent was killed would wait for work for ever, and hold its memory."""
+    files = [tmp_path / "a", tmp_path / "b"]
+    begin = BEGIN.format([str(file) for file in files])
+    parent = subprocess.Popen([sys.executable, "-c", begin], cwd=Path(bench.__file__).parents[1])
+    until = time.monotonic() + LONG_S
+    while not all(file.exists() and file.read_text() for file in files) and time.monotonic() < until:
+        time.sleep(0.05)
+    processes = [int(file.read_text()) for file in files]
+    assert all(map(_lives, processes))
+    parent.send_signal(signal.SIGKILL)
+    parent.wait()
+    until = time.monotonic() + 0.5 * LONG_S
+    while any(map(_lives, processes)) and time.monotonic() < until:
+        time.sleep(0.05)
+    assert not any(map(_lives, processes))
