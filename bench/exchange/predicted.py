@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +15,7 @@ from bench.mismatch.regression.problem import CHANNELS
 from bench.recording import Recording, RecordingFolder
 from bench.simulation import Simulation
 from bench.simulation.frame import FloatArray
+from bench.simulation.model import Gearbox
 from bench.simulation.terms import CHANNEL_UNITS, TRANSMISSION_ERROR
 
 
@@ -85,8 +86,7 @@ def predict_recordings(model: Path, path: Path) -> Iterator[Predicted]:
     any_at_all = False
     refused: tuple[str, ...] = ()
     for recording, channels in predictions:
-        unlike = gearbox.unlike(float(recording.gearbox.ratio or 1.0))
-        one = replace(_predicted(model, recording, channels), unlike=unlike)
+        one = _predicted(model, gearbox, recording, channels)
         any_at_all |= bool(one.channels)
         refused = refused or one.refused
         yield one
@@ -94,7 +94,9 @@ def predict_recordings(model: Path, path: Path) -> Iterator[Predicted]:
         raise ConfigurationError(f"{model} predicts nothing of {path}: {'; '.join(refused)}.")
 
 
-def _predicted(model: Path, recording: Recording, predictions: dict[str, ChannelPrediction]) -> Predicted:
+def _predicted(
+    model: Path, gearbox: Gearbox, recording: Recording, predictions: dict[str, ChannelPrediction]
+) -> Predicted:
     channels, refused = [], []
     for name, spec in CHANNELS.items():
         lacking = [source for source in spec.made_of if source not in recording.specs]
@@ -111,7 +113,8 @@ def _predicted(model: Path, recording: Recording, predictions: dict[str, Channel
             channels.append(
                 Channel(name, unit, measured_channel(recording, name), prediction.values, prediction.counts)
             )
-    return Predicted(recording, tuple(channels), tuple(refused))
+    unlike = gearbox.unlike(float(recording.gearbox.ratio or 1.0))
+    return Predicted(recording, tuple(channels), tuple(refused), unlike)
 
 
 def measured_channel(recording: Recording, name: str) -> FloatArray:

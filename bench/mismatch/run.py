@@ -68,8 +68,6 @@ def _run(
     base = reference.base
     data = load(recordings, lambda what, share: report_progress(what, 0.3 * share), jobs, base)
     given = reference.given(data)
-    if reference.kind == "model" and (unlike := given.gearbox.unlike(data.ratio)):
-        data.notes.append(unlike)
     channels, skipped = compared_channels(data)
     report = Report(UNDETERMINED, enough(data), data, skipped=skipped)
     report.simulation = Compared(reference.kind, reference.file)
@@ -119,6 +117,9 @@ def _run(
                 lambda what, _: report_progress(f"without {what}", 0.9),
                 elsewhere,
             )
+    # recordings that were loaded anew have their notes anew
+    if reference.kind == "model" and (unlike := given.gearbox.unlike(data.ratio)):
+        data.notes.append(unlike)
     report_progress("writing the report", 0.95)
     out.mkdir(parents=True, exist_ok=True)
     (of_linear_axis(completed) if data.linear else completed).save(out / "model.json")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -32,10 +33,7 @@ def runs() -> list[Found]:
     With a runtime folder given (``BENCH_RUNTIME``) only those that have it; else all on this computer.
     """
     only = runtime_tag() if os.environ.get(RUNTIME) else None
-    sockets: dict[int, list[str]] = {}
-    for name, tag, pid in _listeners():
-        if only in (None, tag) and name not in sockets.setdefault(pid, []):
-            sockets[pid].append(name)
+    sockets = _sockets(lambda tag: only in (None, tag))
     recorded = _recorded_pid()
     if recorded is not None:
         sockets.setdefault(recorded, [])
@@ -50,11 +48,8 @@ def elsewhere() -> list[Found]:
     if not os.environ.get(RUNTIME):
         return []
     own, known = runtime_tag(), {run.pid for run in runs()}
-    sockets: dict[int, list[str]] = {}
-    for name, tag, pid in _listeners():
-        if tag != own and pid not in known:
-            sockets.setdefault(pid, []).append(name)
-    return [Found(pid, tuple(names)) for pid, names in sockets.items() if is_alive(pid)]
+    sockets = _sockets(lambda tag: tag != own)
+    return [Found(pid, tuple(names)) for pid, names in sockets.items() if pid not in known and is_alive(pid)]
 
 
 def looked_at() -> str:
@@ -86,6 +81,15 @@ def _runtime_folder_of(run: Found) -> str | None:
     given = (entry.removeprefix(begin) for entry in entries if entry.startswith(begin))
     folder = next(given, b"").decode("utf-8", "replace")
     return folder if tags == {runtime_tag(folder)} else None
+
+
+def _sockets(counts: Callable[[str], bool]) -> dict[int, list[str]]:
+    """Return the stop listeners whose tag ``counts``, by process: a name of each, however many connections it has."""
+    sockets: dict[int, list[str]] = {}
+    for name, tag, pid in _listeners():
+        if counts(tag) and name not in sockets.setdefault(pid, []):
+            sockets[pid].append(name)
+    return sockets
 
 
 def _listeners() -> list[tuple[str, str, int]]:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import bench
 from bench.processes import over
+from bench.stop_button.find import is_alive
 
 BEGIN = "from tests.bench.test_processes import _stay; from bench.processes import over; list(over(_stay, {}, jobs=2))"
 LONG_S = 60.0
@@ -37,14 +38,6 @@ def _stay(file: str) -> None:
     time.sleep(LONG_S)
 
 
-def _lives(process: int) -> bool:
-    try:
-        state = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0]
-    except OSError:
-        return False
-    return state != "Z"
-
-
 def test_workers_end_with_the_process_that_began_them(tmp_path: Path) -> None:
     """A worker whose parent was killed would wait for work for ever, and hold its memory."""
     files = [tmp_path / "a", tmp_path / "b"]
@@ -54,10 +47,10 @@ def test_workers_end_with_the_process_that_began_them(tmp_path: Path) -> None:
     while not all(file.exists() and file.read_text() for file in files) and time.monotonic() < until:
         time.sleep(0.05)
     processes = [int(file.read_text()) for file in files]
-    assert all(map(_lives, processes))
+    assert all(map(is_alive, processes))
     parent.send_signal(signal.SIGKILL)
     parent.wait()
     until = time.monotonic() + 0.5 * LONG_S
-    while any(map(_lives, processes)) and time.monotonic() < until:
+    while any(map(is_alive, processes)) and time.monotonic() < until:
         time.sleep(0.05)
-    assert not any(map(_lives, processes))
+    assert not any(map(is_alive, processes))

@@ -8,7 +8,7 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.recordings.output_orders import OutputSpectrum
-from bench.mismatch.recordings.pieces import WELL_CUT_S, Piece
+from bench.mismatch.recordings.pieces import WELL_CUT_S, Piece, counted
 from bench.mismatch.recordings.prepared import Folder
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.recordings.vibration import Density, ShaftSpectrum
@@ -125,7 +125,7 @@ def enough(data: Dataset) -> str:
 def _kept(data: Dataset, train: int) -> str:
     """What can be fitted, in words: recordings, or blocks of few that are too short."""
     if all(piece.rows is None for piece in data.parts):
-        return f"{train} recording{'' if train == 1 else 's'} can be fitted"
+        return f"{counted(train)} can be fitted"
     whole = {str(piece.recording.path): piece.recording for piece in data.parts}.values()
     seconds = sum(r.size / r.sample_rate for r in whole)
     return f"{seconds:.3g} s of recordings make {train} blocks that can be fitted ({WELL_CUT_S:g} s make enough)"

@@ -90,8 +90,8 @@ def pieces(recordings: Sequence[Recording], left: int) -> tuple[list[Piece], str
     blocks = [p for p in out if p.rows is not None]
     longest = max((p.rows[1] - p.rows[0]) / p.recording.sample_rate for p in blocks if p.rows is not None)
     note = (
-        f"{_in_words(len(fitted))} to fit {'is' if len(fitted) == 1 else 'are'} too few to hold any out:"
-        f" {_in_words(len({p.recording.recording_id for p in blocks}))} cut into {len(blocks)} contiguous"
+        f"{counted(len(fitted))} to fit {'is' if len(fitted) == 1 else 'are'} too few to hold any out:"
+        f" {counted(len({p.recording.recording_id for p in blocks}))} cut into {len(blocks)} contiguous"
         f" blocks of {longest:.1f} s at most, {GAP_S:g} s apart; held out: {held}"
     )
     if rotating and cut is by_time:
@@ -103,7 +103,8 @@ def pieces(recordings: Sequence[Recording], left: int) -> tuple[list[Piece], str
     return out, note
 
 
-def _in_words(number: int) -> str:
+def counted(number: int) -> str:
+    """A number of recordings in words."""
     return f"{number} recording{'' if number == 1 else 's'}"
 
 
