@@ -2,7 +2,8 @@
 
 Source: ETG.1000.4 §6.7 (mailbox mode), ETG.1000.6 §5.4. A request is complete when the last byte of the buffer is
 written, an answer is gone when its last byte is read. Until then access from the other side is refused (working
-counter 0).
+counter 0). A request that comes twice with the same counter was sent again because the frame was late: it is served
+once (ETG.1000.4 §5.6: counter of the mailbox header, 1 to 7, 0 is not counted).
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from collections import deque
 
 from fakes.ethercat.slaves.slave import Slave
 from fakes.ethercat.wire import registers as reg
-from fakes.ethercat.wire.coe import CoeServer
+from fakes.ethercat.wire.coe import HEADER, CoeServer
 
 _OUT, _IN = reg.SYNC_MANAGER, reg.SYNC_MANAGER + reg.SYNC_MANAGER_SIZE
 _STATUS, _ACTIVATE, _PDI = 5, 6, 7
@@ -34,11 +35,13 @@ class Mailbox:
         self._last = b""
         self._out = self._in = (0, 0)
         self._repeat = 0
+        self._served = 0
 
     def empty(self) -> None:
         """Throw away what waits, as a slave does on its way to INIT."""
         self._waiting.clear()
         self._last = b""
+        self._served = 0
         self._full(_OUT, False)
         self._full(_IN, False)
 
@@ -49,6 +52,7 @@ class Mailbox:
             self._out, self._in = out, in_
             self._server = CoeServer(self._slave, max(in_[1] - in_[0], 16))
             self._waiting.clear()
+            self._served = 0
             self._full(_OUT, False)
             self._full(_IN, False)
         repeat = self._memory[_IN + _ACTIVATE] & _REPEAT
@@ -79,11 +83,15 @@ class Mailbox:
         return start <= address < stop and bool(self._memory[_OUT + _STATUS] & reg.MAILBOX_FULL)
 
     def after_write(self, stop: int) -> None:
-        """Serve the request whose last byte was written."""
+        """Serve the request whose last byte was written, unless it is the one before, sent again."""
         first, last = self._out
         if first == last or stop != last:
             return
         message = bytes(self._memory[first:last])
+        counter = HEADER.unpack_from(message)[3] >> 4 & 0x07
+        if counter and counter == self._served:
+            return
+        self._served = counter
         self._waiting.extend(self._server.serve(message))
         self.fill()
 

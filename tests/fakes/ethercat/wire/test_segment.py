@@ -170,6 +170,15 @@ class TestMailbox:
         again, counter, _ = send(line, seg.APRD, 0, 0x1200, bytes(64))
         assert (again, counter) == (first, 1)
 
+    def test_a_request_sent_twice_is_served_once(self, line):
+        """A master that sends a late frame again uses the same counter; the next counter is a new request."""
+        for counter, answers in ((0x13, 1), (0x13, 0), (0x23, 1), (0x03, 1), (0x03, 1)):
+            request = bytearray(self.prepare(line))
+            request[5] = counter
+            assert send(line, seg.APWR, 0, 0x1000, bytes(request))[1] == 1
+            assert send(line, seg.APRD, 0, 0x1200, bytes(64))[1] == answers
+            assert not self.status(line)
+
     def test_half_a_request_is_not_served(self, line):
         request = self.prepare(line)
         send(line, seg.APWR, 0, 0x1000, request[:32])
