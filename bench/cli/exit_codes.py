@@ -27,7 +27,7 @@ class ExitCode(IntEnum):
 
 MEANING: dict[ExitCode, str] = {
     ExitCode.OK: "all done",
-    ExitCode.INTERNAL_ERROR: "a fault of this program",
+    ExitCode.INTERNAL_ERROR: "a fault of this program or of a sequence",
     ExitCode.USAGE: "the command line is wrong",
     ExitCode.BAD_INPUT: "a bench, campaign, model or recording file is wrong",
     ExitCode.LIMIT: "refused or stopped, because a limit would be or was broken",
@@ -56,6 +56,8 @@ def exit_code_of_stop(cause: Cause) -> ExitCode:
 
     if cause is Cause.RECORDER:
         return ExitCode.NOT_WRITTEN
+    if cause is Cause.PROGRAM:
+        return ExitCode.INTERNAL_ERROR
     return ExitCode.DEVICE if is_device_fault(cause) else ExitCode.LIMIT
 
 

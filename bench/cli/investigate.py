@@ -65,12 +65,15 @@ def investigate(
     from bench.investigate.log import text
     from bench.investigate.loop import Goal
     from bench.investigate.loop import investigate as go
+    from bench.proof.seal import opened, require_same_seal
 
     file = load_bench(bench)
+    digest = None if conceal is None else opened(file, conceal)[1]
+    require_same_seal(folder, digest)
     if conceal is not None:
         file = concealing(file, conceal)
     console = PlainConsole(stderr=True, highlight=False)
-    lab = _Bench(file, seed, console)
+    lab = _Bench(file, seed, console, digest)
 
     def report_progress(what: str) -> None:
         if not as_json:
@@ -84,10 +87,13 @@ def investigate(
 
 
 class _Bench:
-    """The bench of a file: experiments are run as ``bench run`` runs a campaign."""
+    """The bench of a file: experiments are run as ``bench run`` runs a campaign.
 
-    def __init__(self, file: BenchFile, seed: int, console: Console) -> None:
-        self._file, self._seed, self._console = file, seed, console
+    ``sealed`` is the hash of what its plant conceals; it stands beside the recordings of each experiment.
+    """
+
+    def __init__(self, file: BenchFile, seed: int, console: Console, sealed: str | None) -> None:
+        self._file, self._seed, self._console, self._sealed = file, seed, console, sealed
 
     @property
     def bench(self) -> BenchConfiguration:
@@ -106,6 +112,7 @@ class _Bench:
         from bench.cli._progress import ProgressListener
         from bench.errors import ConfigurationError, LimitError
         from bench.locks import bus_in_use, service_for
+        from bench.proof.seal import seal
 
         if not self.bench.bus.in_process:
             somebody(self.bench, "experiment", f"Run {campaign} now?")
@@ -115,6 +122,8 @@ class _Bench:
                 "and give the same command again"
             )
         loaded = load_campaign(campaign)
+        if self._sealed is not None:
+            seal(folder, self._sealed)
         with bus_in_use(self._file), ProgressListener(0.0, self._console, quiet=True) as listener:
             # recordings are the same data set only if they stand behind those before
             summary = run_campaign(self._file, loaded, folder, listener, seed=self._seed_of(folder), not_before=after)

@@ -122,10 +122,18 @@ def filled(page: str, results: Path) -> str:
 
 
 def write(root: Path) -> list[Path]:
-    """Make the figures of all pages under ``root`` anew; returns the pages that changed."""
+    """Make the figures of all pages under ``root`` anew; returns the pages that changed.
+
+    Raises
+    ------
+    ResultsError
+        ``root`` is no checkout, or a page asks for what there is not.
+    """
     changed = []
     for name in PAGES:
         page = root / name
+        if not page.is_file():
+            raise ResultsError(f"{page} is not there: give the command in a checkout of this repository.")
         before = page.read_text(encoding="utf-8")
         after = filled(before, root / RESULTS)
         if after != before:

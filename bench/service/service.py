@@ -11,6 +11,7 @@ from typing import Any
 
 from bench.campaigns.operator.gentle import greatest_speed
 from bench.configuration import BenchFile, concealing, load_bench, on_interface
+from bench.proof.seal import opened
 from bench.service.alarms.alarms import Alarm, Alarms
 from bench.service.alarms.notify import Notifier
 from bench.service.analyses.analyses import Analyses
@@ -62,6 +63,7 @@ class Service:
         self.bench: BenchFile = file if settings.interface is None else on_interface(file, settings.interface)
         hidden = None if settings.conceal is None else concealing(file, settings.conceal)
         self._plant = plant = None if hidden is None else hidden.configuration.bus.plant
+        sealed = None if settings.conceal is None else opened(file, settings.conceal)[1]
         settings.state.mkdir(parents=True, exist_ok=True)
         self.disk = Disk()
         self._broken = Broken()
@@ -80,7 +82,17 @@ class Service:
         port = settings.stop_port
         runs = Runs(settings.state / "runs.json", self.disk, self._broken)
         self.keeper = Keeper(
-            settings.state, runs, launcher, self.stream, self.book, self.alarms, self.disk, deadline, port, plant
+            settings.state,
+            runs,
+            launcher,
+            self.stream,
+            self.book,
+            self.alarms,
+            self.disk,
+            deadline,
+            port,
+            plant,
+            sealed,
         )
         self._myself = SelfWatch(self.alarms, self.disk, self.keeper, self.seen, self.publish_state)
         self.idle = Idle(settings, self.bench, plant, launcher, lambda: self.keeper.is_busy, self.keeper.shown.take)

@@ -41,7 +41,7 @@ def identify(work: Work) -> str:
     """Identify, write model.json, report.html and summary.json; return the sentence that sums it up."""
     from bench.identification import Options, identify_folder, to_json, to_simulation
     from bench.identification.report import write_report
-    from bench.identification.summary import verdict
+    from bench.identification.summary import has_numbers, verdict
     from bench.trend import kept
     from bench.trend.book import since_last
 
@@ -54,7 +54,9 @@ def identify(work: Work) -> str:
         lambda done, total: report_progress(f"reading recording {done} of {total}", 0.9 * done / max(1, total)),
     )
     report_progress("writing the report", 0.92)
-    to_simulation(found, "refined").save(out / "model.json")
+    simulation = to_simulation(found, "refined")
+    if has_numbers(simulation):
+        simulation.save(out / "model.json")
     changed: tuple[str, ...] = ()
     try:
         kept.keep(found, Path(work.recordings), stamp)

@@ -159,6 +159,7 @@ class Reporter:
         self._change(
             taken.point_id,
             state=taken.status.value,
+            complete=taken.complete,
             take=taken.take,
             note=taken.note,
             file=taken.file,

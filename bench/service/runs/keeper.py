@@ -10,6 +10,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from bench.errors import ConfigurationError
+from bench.proof.seal import require_same_seal, seal
 from bench.service.alarms.alarms import Alarms
 from bench.service.files.book import Book, local_time_of
 from bench.service.files.disk import Disk
@@ -47,6 +49,7 @@ class Keeper:
     stop_deadline_s : how long a stop may take before the process is killed.
     stop_port : port of the runs' own stop listener, 0 for any.
     plant : plays an emulated bench in place of the plant its file names.
+    sealed : hash of what that plant conceals; it stands beside the recordings of each run.
     """
 
     def __init__(
@@ -61,10 +64,11 @@ class Keeper:
         stop_deadline_s: float,
         stop_port: int,
         plant: str | None = None,
+        sealed: str | None = None,
     ) -> None:
         self._state, self._launcher, self._stream, self._book = state, launcher, stream, book
         self._alarms, self._disk, self.runs, self._stop_port = alarms, disk, runs, stop_port
-        self._plant = plant
+        self._plant, self._sealed = plant, sealed
         self._processes = RunProcesses(state, launcher)
         self.stopper = Stopper(stop_deadline_s, self._report_killed_run)
         self.shown = Shown(stream, book)
@@ -233,10 +237,20 @@ class Keeper:
         """Whether nothing holds a run; a stop since it was started does."""
         return not self.held or run.id in self._past_hold
 
+    def _seal(self, run: Run) -> None:
+        """Write the hash of what is concealed beside the recordings; refuse a folder of another plant."""
+        if run.resets or run.tares:
+            return
+        if self._sealed is None:
+            require_same_seal(Path(run.folder), None)
+        else:
+            seal(Path(run.folder), self._sealed)
+
     async def _start(self, run: Run) -> Run | None:
         folder = self._processes.folder(run)
         self._starting = run
         try:
+            await asyncio.to_thread(self._seal, run)
             path = await asyncio.to_thread(
                 write_job, run, folder, self._processes.socket(run), self._stop_port, self._plant
             )
@@ -244,6 +258,9 @@ class Keeper:
                 self._end(run, {"kind": "interrupted", "cause": "OPERATOR", "text": "stopped before it began"})
                 return None
             pid = await self._launcher.start(path, folder / "log.txt")
+        except ConfigurationError as error:
+            self._end(run, {"kind": "refused", "cause": "ConfigurationError", "text": str(error)})
+            return None
         except OSError as error:
             self._end(run, {"kind": "internal", "cause": "LAUNCHER", "text": f"{run.title} was not started: {error}"})
             return None

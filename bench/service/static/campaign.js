@@ -42,11 +42,14 @@ function offers(run) {
 
 const head = (...names) => make("thead", {}, make("tr", {}, ...names.map(name => make(name ? "th" : "td", {}, name))));
 
+// A point whose motion was stopped was not judged: it is cut short, as on the page of recordings.
+const shownAs = point => point.state === "failed" && point.complete === false ? "cut short" : point.state;
+
 export function points() {
   const list = [...state.points.values()];
   $("points-title").textContent = state.plan ? `Points of ${state.plan.campaign}` : "Points";
-  const count = one => list.filter(p => p.state === one).length;
-  $("points-count").textContent = list.length ? `${count("done")} done, ${count("failed")} not passed, ${count("skipped")} skipped, ${list.length - count("done") - count("failed") - count("skipped")} to come · ${duration(state.status.remaining_s)} left` : "";
+  const count = one => list.filter(p => shownAs(p) === one).length;
+  $("points-count").textContent = list.length ? `${count("done")} done, ${count("failed")} not passed, ${count("cut short")} cut short, ${count("skipped")} skipped, ${list.length - count("done") - count("failed") - count("cut short") - count("skipped")} to come · ${duration(state.status.remaining_s)} left` : "";
   const key = list.map(p => p.identity).join();
   if (key !== drawn) {
     drawn = key;
@@ -74,7 +77,7 @@ function row(one) {
   const again = ["done", "failed", "skipped"].includes(one.state);
   const cell = (value, digits, unit) => make("td", { class: "number", "data-unit": value === null ? "" : unit }, value === null ? "as found" : number(value, digits));
   tr.replaceChildren(
-    make("td", { class: "number" }, String(one.number)), make("td", {}, pill(one.state)),
+    make("td", { class: "number" }, String(one.number)), make("td", {}, pill(shownAs(one))),
     make("td", {}, one.sequence.replaceAll("_", " "), one.stage ? make("small", { class: "quiet" }, ` ${one.stage}`) : null),
     cell(one.load_torque, 0, "N·m"), cell(one.velocity * DEGREES, 1, "°/s"), cell(one.temperature, 1, "°C"),
     make("td", { class: "number" }, duration(one.duration_s)), make("td", {}, quality(one)),

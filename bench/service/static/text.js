@@ -42,8 +42,8 @@ export const setpoint = point => [
 ].filter(Boolean).join(", ");
 
 export function pill(state, text = state) {
-  const kind = { done: "good", failed: "bad", running: "busy", heating: "busy", saving: "busy", skipped: "warn", ended: "", queued: "", proposed: "warn", cancelled: "warn" }[state] ?? "";
-  const sign = { done: "✓ ", failed: "✗ ", running: "▶ ", heating: "▲ ", skipped: "» ", proposed: "? " }[state] ?? "";
+  const kind = { done: "good", failed: "bad", running: "busy", heating: "busy", saving: "busy", skipped: "warn", "cut short": "warn", ended: "", queued: "", proposed: "warn", cancelled: "warn" }[state] ?? "";
+  const sign = { done: "✓ ", failed: "✗ ", running: "▶ ", heating: "▲ ", skipped: "» ", "cut short": "» ", proposed: "? " }[state] ?? "";
   return make("span", { class: `pill ${kind}` }, sign + text);
 }
 

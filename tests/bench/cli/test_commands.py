@@ -152,7 +152,7 @@ def test_a_run_says_what_to_do_next(end: End, said: str, capsys: pytest.CaptureF
         (Cause.RECORDER, "the recording cannot be written: [Errno 28] No space left on device", 7),
         (Cause.BUS_ENDED, "a device or the bus failed: ", 5),
         (Cause.MOTOR_SPEED, "a limit stopped the bench: ", 4),
-        (Cause.PROGRAM, "the run's own program failed: ", 4),
+        (Cause.PROGRAM, "the run's own program failed: ", 1),
     ],
 )
 def test_a_stop_is_told_by_its_cause(

@@ -139,3 +139,15 @@ def test_a_journal_is_of_one_plant_and_does_not_name_it(tmp_path: Path) -> None:
     with Journal(tmp_path, campaign, concealing(bench, SEED)):
         pass
     assert not any(b"conceal" in content for content in content_of(tmp_path).values())
+
+
+def test_an_investigation_keeps_the_seal(tmp_path: Path) -> None:
+    folder = tmp_path / "hidden"
+    assert make(folder, tmp_path, "--conceal", str(SEED)).exit_code == 0
+    for more, sentence in (
+        ((), "give the same --conceal as before"),
+        (("--conceal", str(SEED + 1)), "with another hash"),
+    ):
+        with pytest.raises(ConfigurationError, match=sentence):
+            call("investigate", str(folder), "--out", str(tmp_path / "out"), "--plan-only", *more)
+    assert not (tmp_path / "out").exists()

@@ -129,3 +129,8 @@ def test_stored_results_are_json_without_nan(tmp_path: Path) -> None:
     content = json.loads(stored(tmp_path).read_text(), parse_constant=lambda word: pytest.fail(word))
     assert content["cases"][2]["residual"] is None
     assert [c["every_point_right"] for c in content["cases"]] == [True, False, False]
+
+
+def test_figures_outside_a_checkout_say_so(tmp_path: Path) -> None:
+    with pytest.raises(ResultsError, match=r"README\.md is not there: give the command in a checkout"):
+        figures.write(tmp_path)

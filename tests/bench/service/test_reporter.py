@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from typing import Any
 
@@ -82,6 +83,12 @@ def test_what_is_left_is_what_the_points_still_to_come_are_planned_to_take(recor
     assert recorder.last("status")["remaining_s"] == pytest.approx(
         CLOSING_S + sum(point["duration_s"] for point in points[2:])
     )
+
+
+def test_a_point_that_was_stopped_says_that_it_is_not_complete(recorder: Recorder) -> None:
+    for complete in (False, True, None):
+        recorder.reporter.finished(replace(taken(f"{2:016x}", Status.FAILED), complete=complete))
+        assert (recorder.last("point")["state"], recorder.last("point")["complete"]) == ("failed", complete)
 
 
 def test_a_pause_that_was_asked_for_is_shown_before_it_comes(recorder: Recorder, plan: Plan) -> None:

@@ -11,6 +11,7 @@ from starlette.testclient import TestClient
 from bench.campaigns import load_campaign
 from bench.campaigns.records.journal import Journal
 from bench.configuration import load_bench, on_interface
+from bench.proof.seal import SEAL, opened, seal
 from bench.safety.acts import latch_of
 from bench.service.settings import Settings
 from tests.bench.service.conftest import BASE, Client, NoLauncher, made_app
@@ -208,3 +209,28 @@ def test_a_request_repeated_after_a_restart_makes_no_second_run(tmp_path: Path) 
     with TestClient(made_app(settings, NoLauncher()), base_url=BASE) as http:
         assert http.post("/api/runs", json={**body, "request_id": "request-again-2"}).status_code == 200
     assert list(settings.state.glob("requests.json.broken-*"))
+
+
+def test_a_service_that_conceals_seals_what_its_runs_record(tmp_path: Path) -> None:
+    folder = tmp_path / "recordings"
+    launcher = NoLauncher()
+    with TestClient(made_app(Settings(folder=folder, conceal=5), launcher), base_url=BASE) as http:
+        client = Client(http, launcher)
+        client.take()
+        client.ask("runs", name="Ann", secret=client.secret, campaign="quick", folder="mine")
+        client.until(lambda: launcher.jobs)
+    launcher.end_all()
+    file = load_bench("rh380n")
+    assert (folder / "mine" / SEAL).read_text("utf-8").strip() == opened(file, 5)[1] != opened(file, 6)[1]
+    # a bench without concealed physics does not go on in such a folder
+    other, plain = NoLauncher(), tmp_path / "plain"
+    seal(plain / "mine", opened(file, 5)[1])
+    with TestClient(made_app(Settings(folder=plain), other), base_url=BASE) as http:
+        client = Client(http, other)
+        client.take()
+        run = client.ask("runs", name="Ann", secret=client.secret, campaign="quick", folder="mine")
+        client.until(lambda: next(r for r in client.state("runs")["runs"] if r["id"] == run["id"])["state"] == "ended")
+        end = next(one for one in client.state("runs")["runs"] if one["id"] == run["id"])["end"]
+    assert end["kind"] == "refused"
+    assert "is sealed (concealed.sha256)" in end["text"]
+    assert not other.jobs
