@@ -163,7 +163,7 @@ def _channel(row: dict[str, Any]) -> str:
     scores = ", ".join(f"{words} {_number(row[f'{label}_{name}'])}" for name, words in _SCORES.items())
     ratio = "" if after is None or not floor else f" ({after / floor:.3f} of the noise)"
     of = "" if label == "held_out_rmse" else ", on what was fitted: nothing could be held out"
-    return f"{row['channel']:20s} {unit}: noise {_number(floor)}; what is left {scores}{ratio}{of}"
+    return f"{row['channel']:20s} {unit}: noise {_number(floor)}; what is left: {scores}{ratio}{of}"
 
 
 def _scored(row: dict[str, Any]) -> str:

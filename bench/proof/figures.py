@@ -30,7 +30,6 @@ COMMANDS = {
     "faint": "bench prove --held-back --set faint --count 8 --seed NEW",
     "clutter": "bench prove --clutter --set clear,compound,unknown,null --seed NEW",
     "through": "bench prove --through-the-bench --count 20 --seed NEW",
-    "through-part": "bench prove --through-the-bench --count 60 --seed NEW",
     "again": "bench prove --through-the-bench --again --count 20 --seed NEW",
     "null": "bench prove --set null --nulls 300 --seed 7",
     "null-small": "bench prove --set null_small --nulls 300 --seed 7",

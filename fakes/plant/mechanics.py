@@ -62,8 +62,10 @@ def move(p: Any, s: Any, now: Any, motor_inertia: float, load_inertia: float, st
         friction = now.coulomb + now.load_dependent * abs(torque) * per_ratio
         after = _kick(velocity, force, friction, now.viscous, motor_inertia, step)
         path = half * (velocity + after)
-        work_motor += now.motor_torque * path
-        loss_gearbox += (force - motor_inertia * (after - velocity) / step) * path + now.damping * rate * rate * step
+        # what springs of asperities hold is given back or turned to heat within a few degrees: it counts as heat
+        work_motor += (now.motor_torque + now.spring_torque) * path
+        rubbed = force + now.spring_torque - motor_inertia * (after - velocity) / step
+        loss_gearbox += rubbed * path + now.damping * rate * rate * step
         velocity = after
 
         force = torque + now.load_torque

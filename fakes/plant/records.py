@@ -178,6 +178,7 @@ CONDITIONS = np.dtype(
         ("motor_torque", "f8"),  # at the shafts, bench frame
         ("load_torque", "f8"),
         ("before_sensor", "f8"),  # hidden torque between gearbox and torque sensor
+        ("spring_torque", "f8"),  # of hidden springs against the motor, part of motor_torque; their work is heat
     ]
 )
 """what holds within a cycle or tick; filled anew each time, no part of a snapshot"""

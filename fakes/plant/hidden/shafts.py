@@ -62,11 +62,13 @@ def torques(hidden: Any, p: Any, s: Any, now: Any, step: float) -> None:
     turned = s.motor_velocity * step
     # set anew by the drives in each tick, before this
     torque = now.motor_torque
-    now.before_sensor = 0.0
+    now.before_sensor = now.spring_torque = 0.0
     for i in range(kinds.shape[0]):
         kind = kinds[i]
         q, m = parameters[i], memory[i]
-        now.motor_torque -= springs(kind, q, m, shown[i], s, turned, step)
+        spring = springs(kind, q, m, shown[i], s, turned, step)
+        now.motor_torque -= spring
+        now.spring_torque += spring
         if _RIPPLE <= kind <= _HOT:
             more = _motor_torque(kind, q, m, s, torque, step)
             now.motor_torque += more

@@ -46,7 +46,7 @@ def test_findings_channels_and_what_was_not_used_are_printed(capsys: pytest.Capt
         "in motor torque, below 2 deg/s",
         "f_s = 0.4 N*m",
         "bench run out/next-1.toml (they differ)",
-        "noise 0.02; what is left as given not computed, recalibrated 0.06, improved 0.021 (1.050 of the noise)",
+        "noise 0.02; what is left: as given not computed, recalibrated 0.06, improved 0.021 (1.050 of the noise)",
         "not used: a.h5 is short",
         "note: a note",
     ):

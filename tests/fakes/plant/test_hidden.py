@@ -67,6 +67,22 @@ def test_every_kind_replays_and_blocks_equal_single_cycles(truth: PlantTruth, ki
     assert np.isfinite(one.state["motor_velocity"])
 
 
+@pytest.mark.parametrize("kind", ["dahl", "lugre", "maxwell", "scraper", "stribeck"])
+def test_friction_that_is_hidden_heats_the_gearbox(still: PlantTruth, kind: str) -> None:
+    """At a steady speed what both motors give is heat, but for what springs and inertias hold."""
+    hidden = Hidden(kind, SHORT[kind]) if kind in SHORT else draw(kind, np.random.default_rng(3))
+    plant = Plant(replace(still, hidden=(hidden,)))
+    bring_up(plant, 30.0, 0.0)
+    before = plant.state
+    rows = plant.step(commands(2.0, 30.0, 0.0))
+    after = plant.state
+    change = {name: after[name] - before[name] for name in ("work_motor", "work_load", "loss_gearbox", "loss_bearing")}
+    given = change["work_motor"] + change["work_load"]
+    assert given == pytest.approx(change["loss_gearbox"] + change["loss_bearing"], rel=0.02)
+    torque = plant.truth.input_drive.polarity * float(rows["input_torque"].mean())
+    assert change["work_motor"] == pytest.approx(torque * 30.0 * 2.0, rel=0.02)
+
+
 def measured(plant: Plant) -> dict[str, NDArray[np.float64]]:
     """Bring a plant to motion under load, through a reversal; the channels of a second of it."""
     plant.step(ramped(0.6, 0.0, -60.0, 0.0, -500.0))
