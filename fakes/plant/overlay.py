@@ -3,8 +3,9 @@
 Friction over speed and temperature becomes a table that the mechanics obey, with its heat. Everything else is added
 where it shows, to the load encoder, the reported motor torque, the torque sensor or the thermometer, as the nominal
 simulation's equations have it. What remembers its path goes on from block to block; there are no recordings here at
-whose begin it could begin afresh. A rate of the temperature adds up beside the plant's own balance of heat, which
-forgets it by its cooling and does not feel it otherwise.
+whose begin it could begin afresh. Friction so added heats the lubricant as well: the work that the motor does against
+it is lost. A rate of the temperature adds up beside the plant's own balance of heat, which forgets it by its cooling
+and does not feel it otherwise.
 """
 
 from __future__ import annotations
@@ -62,6 +63,11 @@ def frame_of(size: int, ratio: float, values: dict[str, Any], memory: Memory | N
     return Frame(ratio=ratio, memory=memory, **arrays)
 
 
+def _is_friction(effect: Effect) -> bool:
+    """Whether the work against what an effect adds to the motor torque turns to heat in the gearbox."""
+    return effect.channel == MOTOR_TORQUE and effect.effect.startswith("friction.")
+
+
 class Overlay:
     """The effects of a plant, ready to be added block by block."""
 
@@ -72,6 +78,7 @@ class Overlay:
         self._added = [e for e in truth.effects if e.effect not in DRAGS]
         self.drag = self._table(drags) if drags else np.zeros((0, 0))
         """friction in N·m over speed and temperature (W, C), empty without any"""
+        self._warms = any(effect.channel == TEMPERATURE or _is_friction(effect) for effect in self._added)
         self._memory = np.zeros(9)
         self._memory[[_TORQUE, _VELOCITY]] = np.nan
         self._states = Memory()
@@ -101,7 +108,7 @@ class Overlay:
             sums[LOAD_TORQUE] * sensor.full_scale_counts / sensor.rated_torque
         ).astype(np.int32)
         measurements["torque_adc"] = np.clip(adc, -sensor.full_scale_counts, sensor.full_scale_counts - 1)
-        if any(effect.channel == TEMPERATURE for effect in self._added):
+        if self._warms:
             measurements["lubricant_temperature"] += self._warmer(sums[TEMPERATURE], cycle)
 
     def _sums(self, frame: Frame) -> dict[str, NDArray[np.float64]]:
@@ -109,7 +116,10 @@ class Overlay:
         sums = {channel: np.zeros(frame.size) for channel in _CHANNELS}
         self._states.begin()
         for effect in self._added:
-            sums[effect.channel] += value(effect, frame)
+            added = value(effect, frame)
+            sums[effect.channel] += added
+            if _is_friction(effect):
+                sums[TEMPERATURE] += added * frame.omega / self._truth.heat.capacity
         return sums
 
     def _warmer(self, rate: NDArray[np.float64], cycle: int) -> NDArray[np.float64]:

@@ -314,6 +314,25 @@ def test_a_rate_of_the_temperature_adds_up_and_is_forgotten_by_the_cooling(tmp_p
     assert gained[-1] - gained[0] == pytest.approx(0.05 * 4.0, rel=0.05)
 
 
+def test_friction_that_is_added_to_the_motor_torque_heats_the_lubricant(tmp_path: Path) -> None:
+    heat = {"effect": "thermal.loss_heating", "parameters": {"1/C": 1e-3}}
+    term = {"effect": "friction.presliding", "form": "dahl", "parameters": parameters(f_d=0.5, s_d=2.0)}
+    plain, with_term = (Plant.from_simulation(written(tmp_path, terms), seed=1) for terms in ([heat], [heat, term]))
+    for plant in (plain, with_term):
+        bring_up(plant, 20.0, 0.0)
+    # after a reversal the springs still push the way they were turned: less work is lost until they are turned round
+    rows = np.concatenate([ramped(3.0, 20.0, -20.0, 0.0, 0.0), commands(0.5, -20.0, 0.0)])
+    first, second = plain.step(rows), with_term.step(rows)
+    omega = plain.state["motor_velocity"], with_term.state["motor_velocity"]
+    assert omega[0] == pytest.approx(omega[1])
+    angle = plain.truth.input_drive.polarity * first["input_position"] * 2 * np.pi / 2.0**plain.truth.input_encoder.bits
+    added = plain.truth.input_drive.polarity * (second["input_torque"] - first["input_torque"])
+    work = float(np.sum(added[1:] * np.diff(angle)))
+    gained = second["lubricant_temperature"] - first["lubricant_temperature"]
+    assert work < -0.5
+    assert gained[-1] - gained[0] == pytest.approx(work * 1e-3, rel=0.1, abs=1e-4)
+
+
 def test_plant_file_may_name_a_simulation(tmp_path: Path) -> None:
     written(tmp_path, [{"effect": "friction.coulomb", "parameters": parameters(f_c=0.9)}])
     path = tmp_path / "played.toml"
