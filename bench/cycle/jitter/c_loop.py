@@ -95,7 +95,9 @@ def _unpack_source(folder: Path, source: Path | None) -> Path | Unavailable:
         source = next(folder.glob("pysoem-*.tar.gz"))
     try:
         with tarfile.open(source) as archive:
-            archive.extractall(folder, filter="data")
+            # the argument ``filter`` came with Python 3.11.4
+            archive.extraction_filter = getattr(tarfile, "data_filter", None)
+            archive.extractall(folder)
     except (OSError, tarfile.TarError) as error:
         return Unavailable(f"{source} is no archive of a source distribution: {error}")
     found = [path.parents[3] for path in folder.glob(f"*/{_SOURCES[0]}")]

@@ -86,7 +86,8 @@ def test_a_campaign_is_downloaded_as_one_file(client: Client, folder: Path, tmp_
     answer = client.http.get("/api/folders/spring/download")
     with tarfile.open(fileobj=io.BytesIO(answer.content)) as archive:
         assert archive.getnames() == [f"spring/{FILE}", "spring/campaign.json"]
-        archive.extractall(tmp_path / "out", filter="data")
+        archive.extraction_filter = getattr(tarfile, "data_filter", None)
+        archive.extractall(tmp_path / "out")
     assert Recording.open(tmp_path / "out" / "spring" / FILE).gearbox_serial == "RH-1"
 
 
