@@ -122,8 +122,7 @@ class _Bench:
                 "and give the same command again"
             )
         loaded = load_campaign(campaign)
-        if self._sealed is not None:
-            seal(folder, self._sealed)
+        seal(folder, self._sealed)
         with bus_in_use(self._file), ProgressListener(0.0, self._console, quiet=True) as listener:
             # recordings are the same data set only if they stand behind those before
             summary = run_campaign(self._file, loaded, folder, listener, seed=self._seed_of(folder), not_before=after)

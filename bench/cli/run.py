@@ -111,8 +111,7 @@ def run(
         print_plan(plan, console, rows=len(plan.tasks) <= 12)
         console.print(f"Recordings go to [bold]{escaped(folder)}[/]. Ctrl-C brings the bench to rest.", soft_wrap=True)
     by = somebody(file.configuration, "resume", "May the bench move again?") if resume else None
-    if digest is not None:
-        seal(folder, digest)
+    seal(folder, digest)
     began = time.monotonic()
     directions, keeps_pace = Directions(), real_time or not file.configuration.bus.in_process
     with watched_by(twin, folder, directions if twin_pause else None, console, keeps_pace) as heard:

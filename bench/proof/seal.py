@@ -100,8 +100,8 @@ def hash_of(content: dict[str, Any]) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True, allow_nan=False).encode()).hexdigest()
 
 
-def seal(folder: Path, digest: str) -> None:
-    """Write the hash beside recordings; one that is there is never replaced.
+def seal(folder: Path, digest: str | None) -> None:
+    """Write the hash beside recordings; one that is there is never replaced, and None writes nothing.
 
     Raises
     ------
@@ -109,7 +109,7 @@ def seal(folder: Path, digest: str) -> None:
         As :func:`require_same_seal` does.
     """
     require_same_seal(folder, digest)
-    if not (folder / SEAL).exists():
+    if digest is not None and not (folder / SEAL).exists():
         folder.mkdir(parents=True, exist_ok=True)
         write_whole(folder / SEAL, f"{digest}\n")
 

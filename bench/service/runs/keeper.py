@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.errors import ConfigurationError
-from bench.proof.seal import require_same_seal, seal
+from bench.proof.seal import seal
 from bench.service.alarms.alarms import Alarms
 from bench.service.files.book import Book, local_time_of
 from bench.service.files.disk import Disk
@@ -239,11 +239,7 @@ class Keeper:
 
     def _seal(self, run: Run) -> None:
         """Write the hash of what is concealed beside the recordings; refuse a folder of another plant."""
-        if run.resets or run.tares:
-            return
-        if self._sealed is None:
-            require_same_seal(Path(run.folder), None)
-        else:
+        if not (run.resets or run.tares):
             seal(Path(run.folder), self._sealed)
 
     async def _start(self, run: Run) -> Run | None:
