@@ -47,9 +47,14 @@ class Pieces:
 
 
 def binned(frame: Frame, left: FloatArray, number: FloatArray) -> Pieces | None:
-    """Bins of the rows of a frame, by recording; None where too few are long enough."""
+    """Bins of the rows of a frame, by recording and direction; None where too few are long enough.
+
+    A recording's offset times the direction jumps at every reversal, and so does the error of a friction: a piece ends
+    there, or what a whole recording is off by would be told as jumps.
+    """
     bins = np.floor(frame.elapsed / BIN_S).astype(np.int64)
-    keys = frame.recording.astype(np.int64) * (1 << 32) + bins // LONGEST
+    turned = (np.diff(frame.recording) != 0) | (np.diff(frame.direction) != 0)
+    keys = np.cumsum(np.append(False, turned)) * (1 << 32) + bins // LONGEST
     values: list[FloatArray] = []
     weights: list[FloatArray] = []
     recordings: list[int] = []
@@ -66,7 +71,7 @@ def binned(frame: Frame, left: FloatArray, number: FloatArray) -> Pieces | None:
         position.append(at)
         values.append(np.divide(sums, samples, out=np.zeros(LONGEST), where=samples > 0.0))
         weights.append(samples)
-        recordings.append(int(key >> 32))
+        recordings.append(int(frame.recording[rows_of_key[0]]))
     if len(values) < FEWEST_PIECES:
         return None
     used_bins = 1 + max(int(at.max()) for at in position)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -10,7 +11,7 @@ import pytest
 
 from bench.mismatch import criteria
 from bench.mismatch.unnamed.telegraph import Telegraph, telegraph
-from bench.simulation.frame import FloatArray
+from bench.simulation.frame import FloatArray, Frame
 from tests.bench.mismatch.regression.synthetic import EACH, campaign, problem
 
 SIGMA = 0.05
@@ -19,9 +20,9 @@ STAY_S = 12.0
 FRAME = campaign(24)
 
 
-def looked(left: FloatArray) -> Telegraph | None:
+def looked(left: FloatArray, frame: Frame = FRAME) -> Telegraph | None:
     model: Any = SimpleNamespace(
-        problem=problem(FRAME, left), blocks=list, predict=lambda frame: np.zeros(frame.size), floor=SIGMA
+        problem=problem(frame, left), blocks=list, predict=lambda frame: np.zeros(frame.size), floor=SIGMA
     )
     search: Any = SimpleNamespace(model=model)
     return telegraph(search)
@@ -88,3 +89,14 @@ def test_a_few_jumps_up_and_as_many_down_are_enough() -> None:
     assert found is not None
     assert found.p_value < criteria.ERROR_RATE_OF_A_CHANNEL
     assert looked(HEIGHT * jumping([0, 5, 12, 17]) + white(0)) is None
+
+
+def test_offsets_of_recordings_that_reverse_are_no_jumps() -> None:
+    """Times the direction, a recording's offset changes its sign at every reversal: it stays all the same."""
+    rng = np.random.default_rng(5)
+    run = EACH // 2
+    back_and_forth = np.where((np.arange(FRAME.size) % EACH) // run % 2 == 0, 1.0, -1.0)
+    frame = replace(FRAME, direction=back_and_forth)
+    offsets = np.repeat(rng.choice([-0.5, 0.5], FRAME.size // EACH) * HEIGHT, EACH)
+    found = looked(offsets + rng.normal(scale=SIGMA, size=FRAME.size), frame)
+    assert found is None or found.p_value > criteria.ERROR_RATE_OF_A_CHANNEL
