@@ -36,6 +36,7 @@ from bench.mismatch.regression.nameless_load import nameless_load
 from bench.mismatch.regression.problem import CHANNELS, TORQUE_ZERO, BaseTerm, ChannelProblem
 from bench.mismatch.regression.regressors import UNKNOWN, Named
 from bench.mismatch.regression.search import searched
+from bench.mismatch.regression.slow_noise import of_a_row
 from bench.mismatch.regression.state import Search
 from bench.mismatch.unnamed.structure import examine
 from bench.simulation import waves
@@ -358,16 +359,18 @@ def _heat(out: Analysis, data: Dataset, given: Given, rows: Rows, seed: int, ban
     offsets = models[MOTOR_TORQUE].fit.variance if MOTOR_TORQUE in models else 0.0
     zero = max(TORQUE_ZERO, float(np.sqrt(offsets)) if np.isfinite(offsets) else 0.0)
 
+    problem = problem_of(data, given, TEMPERATURE, rows, banned)
+    row = of_a_row(problem)
+
     def search() -> Search:
         less = replace(rows, frame=out.zeros.less(rows.frame))
         capacity = capacity_of(data, given, less)
         nameless = nameless_heat(models[MOTOR_TORQUE], capacity) if MOTOR_TORQUE in models else ()
         if LOAD_TORQUE in models:
             nameless = (*nameless, *nameless_load_heat(models[LOAD_TORQUE], capacity))
-        nuisances = (wandering_zero(data, less, zero, capacity), *nameless)
+        nuisances = (wandering_zero(data, less, zero, capacity, row), *nameless)
         return searched(problem_of(data, given, TEMPERATURE, less, banned, nuisances), seed)
 
-    problem = problem_of(data, given, TEMPERATURE, rows, banned)
     out.zeros = zeros_chosen(models, problem)
     first = search()
     found = [block for chosen in first.model.chosen if chosen.effect != UNKNOWN for block in chosen.blocks]

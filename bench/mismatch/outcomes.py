@@ -12,6 +12,7 @@ from bench.mismatch.orders import model as orders
 from bench.mismatch.orders.discoveries import discoveries as of_orders
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.periodic import Periodic
+from bench.mismatch.recordings.beginning import at_start, risen
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.vibration import Density
 from bench.mismatch.regression import noise
@@ -19,7 +20,7 @@ from bench.mismatch.regression.course import columns_at
 from bench.mismatch.regression.discoveries import discoveries as of_regression
 from bench.mismatch.regression.model import ChannelModel, of_start
 from bench.mismatch.regression.open_forms import with_open_forms
-from bench.mismatch.regression.problem import NUISANCE
+from bench.mismatch.regression.problem import NUISANCE, WanderingZero
 from bench.mismatch.regression.slow_noise import scattered
 from bench.mismatch.regression.state import Search
 from bench.mismatch.regression.succession import settle, without_empty_laws
@@ -66,6 +67,9 @@ def of_search(search: Search, data: Dataset, formulas: bool) -> ChannelOutcome:
     number = np.where(problem.usable, problem.rows.number, 0.0)
     outcome.discoveries += of_regression(search, slots, whole, number)
     outcome.doubt = uncertainty(model, frame, problem.held_out, problem.rows.number)
+    if problem.spec.integral:
+        # what no file holds is missing from every prediction
+        outcome.doubt += of_zeros(model, problem.held_out)
     outcome.levels = 0.0 if problem.spec.integral else model.fit.variance
     outcome.notes += model.notes
     return outcome
@@ -134,6 +138,23 @@ def uncertainty(model: ChannelModel, frame: Frame, rows: NDArray[np.bool_], numb
     covariance = model.fit.of([i for b in blocks for i in b.indices])[1]
     variance = np.sum(columns @ covariance * columns, axis=1)
     return float(np.average(np.maximum(variance, 0.0), weights=np.maximum(number[chosen], 1e-9)))
+
+
+def of_zeros(model: ChannelModel, rows: NDArray[np.bool_]) -> float:
+    """Mean variance over the samples of some rows of an integral, by zeros of sensors that add up from where each
+    recording begins: they differ by as much as the fitted recordings say, and nothing recorded tells them.
+    """
+    problem, out = model.problem, 0.0
+    number = np.where(rows, problem.rows.number, 0.0)
+    if not number.any():
+        return out
+    for block in model.base:
+        if not isinstance(block.regressor, WanderingZero):
+            continue
+        for column, precision in zip(block.regressor.columns(problem.rows.frame).T, block.precision, strict=True):
+            risen_by = column - risen(problem.rows.frame, at_start(problem.rows.frame, column))
+            out += float(np.average(risen_by**2, weights=number)) / float(precision)
+    return out
 
 
 def floor_error(densities: Sequence[Density]) -> float | None:

@@ -24,6 +24,7 @@ from bench.mismatch.regression.problem import (
     fixed_part,
     heat_capacity,
     nominal_base,
+    travel_of_a_stretch,
     zero_precisions,
 )
 from bench.mismatch.regression.sensitivity import sensitivities
@@ -54,13 +55,15 @@ def capacity_of(data: Dataset, given: Given, rows: Rows) -> float:
     return heat_capacity(rows, base_of(given, TEMPERATURE, rows), fitted)
 
 
-def wandering_zero(data: Dataset, rows: Rows, zero: float, capacity: float) -> BaseTerm:
+def wandering_zero(data: Dataset, rows: Rows, zero: float, capacity: float, row: float) -> BaseTerm:
     """The zeros of the motor torque in the heat balance.
 
-    ``zero``: how far they differ from recording to recording, N·m; ``capacity``: heat capacity, J/K.
+    ``zero``: how far they differ from recording to recording, N·m; ``capacity``: heat capacity, J/K; ``row``: noise of
+    a row of the temperature, K.
     """
     torque = noise.mixture(data.density.get(MOTOR_TORQUE, []))
-    return BaseTerm(WanderingZero(), zero_precisions(rows.frame, torque, zero, capacity))
+    travel = travel_of_a_stretch(torque, row, capacity)
+    return BaseTerm(WanderingZero(travel), zero_precisions(rows.frame, torque, zero, capacity, travel))
 
 
 def problem_of(

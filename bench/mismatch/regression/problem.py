@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -24,8 +25,16 @@ TORQUE_ZERO = 0.01
 the motor torque's own recordings show it
 """
 STRETCH_S = 100.0
-"""over which the slow noise of the motor torque is taken to be one zero: a recording of many minutes sums it up to a
-random walk of the predicted temperature
+"""over which the slow noise of the motor torque is taken to be one zero at most: a recording of many minutes sums it up
+to a random walk of the predicted temperature
+"""
+SHORTEST_STRETCH_S = 18.0
+"""the same at least: what bends within so short a time is noise of the temperature's rows
+(:data:`bench.mismatch.regression.slow_noise.WINDOW`)
+"""
+BRIDGE = 4.0
+"""variance of a random walk at the end of a stretch, over what the straight line of one zero misses of it in the middle
+(Brownian bridge)
 """
 CAPACITY = 2.0e4
 """J/K, to turn that into a rate of the temperature where the recordings do not tell the heat capacity"""
@@ -171,18 +180,22 @@ class WanderingZero(Untold):
     One regressor for each recording, and one for each stretch of a long one: zeros of another day are others. None is
     common to all: beside heating runs at one torque it could not be separated from the heat capacity, and what no file
     holds is missing from every prediction (a constant zero is asked for in :mod:`bench.mismatch.power_zeros`).
+
+    ``travel``: mean square of the motor's speed times the length of a stretch, (rad/s)²·s, up to which one zero stands
+    for the walk: the faster a recording, the shorter are its stretches (:func:`travel_of_a_stretch`).
     """
 
+    travel: float = math.inf
     words: str = "zero of the motor torque in the heat balance"
     equation: str = "dT/dt += z_r*w_m/C"
 
     def columns(self, frame: Frame) -> FloatArray:
-        """Integral of the motor's speed over each recording alone (zero elsewhere); then over each
-        :data:`STRETCH_S` of the recordings that last longer.
+        """Integral of the motor's speed over each recording alone (zero elsewhere); then over each stretch of the
+        recordings that have several.
         """
         recordings = _recordings(frame)
         parts = [(rows, np.ones(rows.stop - rows.start, dtype=bool)) for rows in recordings]
-        parts += _stretches(frame)
+        parts += [(rows, stretch) for rows, stretch, _ in _stretches(frame, self.travel)]
         omega = frame.omega
         out = np.zeros((frame.size, len(parts)), order="F")
         for k, (rows, stretch) in enumerate(parts):
@@ -195,15 +208,33 @@ def _recordings(frame: Frame) -> list[slice]:
     return [slice(int(a), int(b)) for a, b in itertools.pairwise(recording_starts(frame))]
 
 
-def _stretches(frame: Frame) -> list[tuple[slice, NDArray[np.bool_]]]:
-    """Each :data:`STRETCH_S` of the recordings that last longer than that: rows of the recording, which of them."""
+def _stretches(frame: Frame, travel: float) -> list[tuple[slice, NDArray[np.bool_], float]]:
+    """Each stretch of the recordings that have several: rows of the recording, which of them, how long it is (s)."""
     out = []
     for rows in _recordings(frame):
         elapsed = frame.elapsed[rows]
-        number = np.floor((elapsed - elapsed.min()) / STRETCH_S)
+        fast = float(np.mean(frame.omega[rows] ** 2))
+        length = min(STRETCH_S, max(travel / max(fast, 1e-12), SHORTEST_STRETCH_S))
+        number = np.floor((elapsed - elapsed.min()) / length)
         if number.max() >= 1.0:
-            out += [(rows, number == k) for k in np.unique(number)]
+            out += [(rows, number == k, length) for k in np.unique(number)]
     return out
+
+
+def travel_of_a_stretch(torque: Mixture | None, row: float, capacity: float) -> float:
+    """:attr:`WanderingZero.travel`: the walk that the noise of the ``torque`` adds up to bends away from the straight
+    line of one zero by no more than the noise of a ``row`` of the temperature, K, for any function of the heat would
+    follow a bend that is seen. ``capacity``: heat capacity, J/K. Infinite where no spectra tell the torque's noise.
+    """
+    if torque is None:
+        return math.inf
+    density = STRETCH_S * _of_stretches(torque, np.array([STRETCH_S]))[0]
+    return float(BRIDGE * (row * capacity) ** 2 / max(density, 1e-300))
+
+
+def _of_stretches(torque: Mixture, length: FloatArray) -> FloatArray:
+    """Variance of the mean of a torque's noise over stretches of some ``length`` (n,), s."""
+    return torque.of_means(torque.rate * length, length)
 
 
 def heat_capacity(rows: Rows, base: Sequence[BaseTerm], fitted: NDArray[np.bool_]) -> float:
@@ -231,17 +262,19 @@ def heat_capacity(rows: Rows, base: Sequence[BaseTerm], fitted: NDArray[np.bool_
 
 
 def zero_precisions(
-    frame: Frame, torque: Mixture | None, zero: float = TORQUE_ZERO, capacity: float = CAPACITY
+    frame: Frame,
+    torque: Mixture | None,
+    zero: float = TORQUE_ZERO,
+    capacity: float = CAPACITY,
+    travel: float = math.inf,
 ) -> tuple[float, ...]:
     """Prior precisions of the wandering zero's coefficients: of each recording, then of each stretch.
 
     ``zero``: how far it differs from recording to recording, N·m; ``torque``: noise of a sample of the motor torque;
     its mean over a stretch is heat that never was. None: not known, and a stretch is taken to be as wrong as a data
-    sheet lets a recording be. ``capacity``: heat capacity, J/K.
+    sheet lets a recording be. ``capacity``: heat capacity, J/K; ``travel`` of the zero.
     """
-    recordings, stretches = len(_recordings(frame)), len(_stretches(frame))
-    squared = zero**2
-    if torque is not None:
-        squared = float(torque.of_means(np.array([torque.rate * STRETCH_S]), np.array([STRETCH_S]))[0])
-    constant, each = (capacity / zero) ** 2, capacity**2 / max(squared, 1e-12)
-    return (*([constant] * recordings), *([each] * stretches))
+    length = np.array([of_stretch for _, _, of_stretch in _stretches(frame, travel)])
+    squared = np.full(length.size, zero**2) if torque is None else _of_stretches(torque, length)
+    each = capacity**2 / np.maximum(squared, 1e-12)
+    return (*([(capacity / zero) ** 2] * len(_recordings(frame))), *(float(p) for p in each))

@@ -31,6 +31,17 @@ def scattered(problem: ChannelProblem) -> tuple[float, float | None]:
     return floor, (1.2533 * spread / (2.0 * floor) if floor > 0.0 and squares.size > 2 else None)
 
 
+def of_a_row(problem: ChannelProblem) -> float:
+    """Noise of a row where the channel changes slowly: the middle recording's scatter about parabolas; 0 where all are
+    too short.
+    """
+    rows, usable = problem.rows, problem.usable & (problem.rows.number > 1.5)
+    recordings = rows.frame.recording
+    squares = [_about_parabolas(rows.y[usable & (recordings == r)]) for r in np.unique(recordings[usable])]
+    told = [square for square in squares if square > 0.0]
+    return float(np.sqrt(np.median(told))) if told else 0.0
+
+
 def _about_parabolas(y: FloatArray) -> float:
     """Variance of values (n,) about a parabola through each window of them; 0 where they are too few."""
     if y.size < WINDOW:

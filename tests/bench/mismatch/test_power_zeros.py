@@ -11,6 +11,7 @@ import pytest
 
 from bench.mismatch import criteria
 from bench.mismatch.given import Known
+from bench.mismatch.outcomes import of_zeros
 from bench.mismatch.power_zeros import (
     GAIN,
     LIFTED,
@@ -23,17 +24,20 @@ from bench.mismatch.power_zeros import (
     _likeliest,
     chosen,
 )
+from bench.mismatch.recordings.beginning import START_S
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression import problem as problems
 from bench.mismatch.regression.model import Block
 from bench.mismatch.regression.noise import MEMORIES_S, Mixture
 from bench.mismatch.regression.prior import zeros_settled
 from bench.mismatch.regression.problem import (
+    SHORTEST_STRETCH_S,
     STRETCH_S,
     BaseTerm,
     ChannelProblem,
     WanderingZero,
     nominal_base,
+    travel_of_a_stretch,
     zero_precisions,
 )
 from bench.mismatch.regression.regressors import Named
@@ -187,6 +191,47 @@ def test_a_stretch_of_a_long_recording_wanders_as_far_as_the_torque_is_noisy() -
     # a mean of independent samples has a variance of v/n, of samples that remember m seconds of some 2*v*m/T
     assert quiet == pytest.approx((problems.CAPACITY / 0.05) ** 2 * 500.0 * STRETCH_S)
     assert slow == pytest.approx((problems.CAPACITY / 0.05) ** 2 * STRETCH_S / (2.0 * MEMORIES_S[-1]), rel=0.1)
+
+
+def test_one_zero_stands_for_a_walk_as_long_as_it_bends_by_no_more_than_a_row_is_noisy() -> None:
+    """A light gearbox, a fast motor and slow noise: within 100 s the walk bends by several times a row's noise."""
+    frame, row = heated(0.0).frame, 0.01
+    parts = np.zeros(len(MEMORIES_S))
+    parts[-1] = 0.05**2
+    slow = Mixture(0.0, tuple(parts), 500.0)
+    travel = travel_of_a_stretch(slow, row, CAPACITY)
+    omega, density = SPEED * RATIO, 2.0 * 0.05**2 * MEMORIES_S[-1]
+    length = travel / omega**2
+    assert SHORTEST_STRETCH_S < length < STRETCH_S
+    # a Brownian bridge has a quarter of the walk's variance in its middle
+    assert density * length / 4.0 * (omega / CAPACITY) ** 2 == pytest.approx(row**2, rel=0.1)
+    stretches = WanderingZero(travel).columns(frame).shape[1] - RECORDINGS_MADE
+    assert stretches == RECORDINGS_MADE * int(np.ceil(EACH * STEP / length))
+    precisions = zero_precisions(frame, slow, capacity=CAPACITY, travel=travel)
+    assert len(precisions) == RECORDINGS_MADE + stretches
+    # the mean over a shorter stretch is as much less sure
+    whole = zero_precisions(frame, slow, capacity=CAPACITY)[-1]
+    assert precisions[-1] == pytest.approx(whole * length / STRETCH_S, rel=0.05)
+    # of a slower recording one zero is enough for longer
+    slower = replace(frame, velocity=0.1 * frame.velocity)
+    assert WanderingZero(travel).columns(slower).shape[1] == WanderingZero().columns(frame).shape[1]
+
+
+def test_zeros_that_no_file_holds_are_doubt_of_a_prediction() -> None:
+    """What a recording's own zero adds up to in one that was held out."""
+    rows = heated(0.0)
+    plain = problem(rows)
+    held = replace(plain, folds=np.where(np.arange(RECORDINGS_MADE) == 3, -1, plain.folds))
+    term = BaseTerm(WanderingZero(), zero_precisions(rows.frame, None, capacity=CAPACITY))
+    model = begun(replace(held, base=(*held.base, term))).model
+    elapsed = rows.frame.elapsed[rows.frame.recording == 3]
+    warmed = SPEED * RATIO / CAPACITY * (elapsed - elapsed[elapsed < START_S].mean())
+    late = np.maximum(elapsed - STRETCH_S, 0.0) * SPEED * RATIO / CAPACITY
+    early = np.minimum(elapsed, STRETCH_S) * SPEED * RATIO / CAPACITY
+    early = early - early[elapsed < START_S].mean()
+    square = sum(float(np.mean(part**2)) for part in (warmed, early, late))
+    assert of_zeros(model, held.held_out) == pytest.approx(problems.TORQUE_ZERO**2 * square, rel=0.05)
+    assert of_zeros(begun(held).model, held.held_out) == 0.0
 
 
 def test_what_the_torque_transducer_is_not_trusted_with_may_heat() -> None:
