@@ -124,9 +124,9 @@ class Browser:
         return [line["message"] for line in lines if "net::ERR_" not in line["message"]]
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def new_browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[str], Browser]]:
-    """Opens windows on an address."""
+    """Opens windows on an address; they close with the file, for a page without its service keeps asking for it."""
     chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
     driver_path = shutil.which("chromedriver")
     if chromium is None or driver_path is None:
