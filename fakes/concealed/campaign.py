@@ -28,8 +28,10 @@ class Signals:
     """What ideal sensors would read (N,), and what the concealed effects alone add to each compared channel.
 
     Attributes:
-        motor_shaft: reading of the motor encoder, rad of the shaft. load_angle: rad. motor_torque, load_torque,
-            load_motor_torque: N·m. probe: PT100 in °C. power: loss in W as the nominal equation has it.
+        motor_shaft: reading of the motor encoder, rad of the shaft.
+        load_angle: rad, not a number where the run was asked to leave it out.
+        motor_torque, load_torque, load_motor_torque: N·m. probe: PT100 in °C. power: loss in W as the nominal equation
+            has it.
         added: channel → (N,) contribution of all effects.
     """
 
@@ -66,8 +68,11 @@ class Campaign:
     points: Sequence[Point]
     seed: int
 
-    def run(self, rate_hz: float) -> Iterator[Signals]:
-        """Run all points at a sample rate; recorded ones are yielded in order. The draws do not depend on the rate."""
+    def run(self, rate_hz: float, angle: bool = True) -> Iterator[Signals]:
+        """Run all points at a sample rate; recorded ones are yielded in order. The draws do not depend on the rate.
+
+        Without ``angle`` the load angle is left out, which takes longest: for who asks what the effects add.
+        """
         for effect in self.effects:
             effect.reset()
         duration = self._planned_duration()
@@ -79,8 +84,11 @@ class Campaign:
             self._rest(point.pause * float(np.random.default_rng([self.seed, 2, index]).uniform(0.8, 1.5)), history)
             if point.kind == "pause":
                 continue
-            signals = self._run_point(point, index, rate_hz if point.kind != "unrecorded" else 10.0, history, duration)
-            if point.kind != "unrecorded":
+            recorded = point.kind != "unrecorded"
+            signals = self._run_point(
+                point, index, rate_hz if recorded else 10.0, history, duration, angle and recorded
+            )
+            if recorded:
                 yield signals
 
     def _added(self, hook: str, run: Run) -> Floats:
@@ -141,7 +149,9 @@ class Campaign:
             ends.append(float(course[-1]))
         return course, ends
 
-    def _run_point(self, point: Point, index: int, rate_hz: float, history: _History, duration: float) -> Signals:
+    def _run_point(
+        self, point: Point, index: int, rate_hz: float, history: _History, duration: float, angle: bool
+    ) -> Signals:
         motion = move(point, rate_hz, history.theta, np.random.default_rng([self.seed, 1, index]))
         run = self._begin(point, index, rate_hz, motion, history, duration)
         memories = [copy.deepcopy(getattr(effect, "memory", None)) for effect in self.effects]
@@ -160,7 +170,7 @@ class Campaign:
             if np.max(np.abs(run.temperature - before)) < _AGREED_K:
                 break
         power, probe = self._heat(run, motion, history, torques[0], final=True)
-        signals = self._read(run, motion, torques, power, probe)
+        signals = self._read(run, motion, torques, power, probe, angle)
         history.clock = float(run.clock[-1]) + 1.0 / rate_hz
         history.travel = float(run.travel[-1])
         history.theta = float(motion.theta[-1])
@@ -233,12 +243,23 @@ class Campaign:
         return power, np.interp(run.time, grid, lagged)
 
     def _read(
-        self, run: Run, motion: Motion, torques: tuple[Floats, Floats, Floats], power: Floats, probe: Floats
+        self,
+        run: Run,
+        motion: Motion,
+        torques: tuple[Floats, Floats, Floats],
+        power: Floats,
+        probe: Floats,
+        angle: bool,
     ) -> Signals:
         behind, before, friction = torques
         run.torque = run.torque + behind
         geared = run.torque + before
-        plain = nominal.transmission_error(self.plant, run.theta, run.side, geared, run.rate, run.temperature)
+        # what the effects add depends on the series only where they modulate it
+        first = slice(0, 1)
+        if angle or any(e.modulation(run.theta[first], run.rate[first], self.plant.orders) for e in self.effects):
+            plain = nominal.transmission_error(self.plant, run.theta, run.side, geared, run.rate, run.temperature)
+        else:
+            plain = np.zeros(run.time.size)
         whole = self._modulated(run, geared, plain)
         te = self._added("transmission", run)
         shaft = self._added("motor_encoder", run)
@@ -251,7 +272,7 @@ class Campaign:
             run=run,
             motion=motion,
             motor_shaft=RATIO * run.theta + shaft,
-            load_angle=run.theta + whole + te,
+            load_angle=run.theta + whole + te if angle else np.full(run.time.size, np.nan),
             motor_torque=run.motor_torque + motor_error,
             load_torque=run.torque + sensor_error + self.plant.load_zero,
             probe=probe,

@@ -105,15 +105,17 @@ def _fluctuation(
     for order in (1.0, 3.0):
         share = rng.uniform(0.0005, 0.003)
         phase = order * theta + rng.uniform(0.0, 2.0 * np.pi)
-        angle += share / order * np.sin(phase)
+        sine = np.sin(phase)
+        angle += share / order * sine
         rate += share * np.cos(phase) * speed
-        acceleration -= share * order * np.sin(phase) * speed**2
+        acceleration -= share * order * sine * speed**2
     for hz in rng.uniform(0.15, 2.5, 3):
         size = rng.uniform(0.0005, 0.002) * np.abs(speed)
         phase = 2.0 * np.pi * hz * time + rng.uniform(0.0, 2.0 * np.pi)
-        angle += size / (2.0 * np.pi * hz) * np.sin(phase)
+        sine = np.sin(phase)
+        angle += size / (2.0 * np.pi * hz) * sine
         rate += size * np.cos(phase)
-        acceleration -= size * 2.0 * np.pi * hz * np.sin(phase)
+        acceleration -= size * 2.0 * np.pi * hz * sine
     return angle, rate, acceleration
 
 

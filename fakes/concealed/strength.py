@@ -57,7 +57,7 @@ def measure(campaign: Campaign, channel: str, rate_hz: float = _RATE_HZ) -> Floa
 
 def excess_of(campaign: Campaign, channel: str, rate_hz: float = _RATE_HZ) -> Excess:
     """The same with the states in which it stands."""
-    numbered = enumerate(_rows(signals, channel) for signals in campaign.run(rate_hz))
+    numbered = enumerate(_rows(signals, channel) for signals in campaign.run(rate_hz, angle=False))
     rows = [(i, r) for i, r in numbered if r is not None]
     excess = np.concatenate([r.excess for _i, r in rows])
     table = np.concatenate([r.regressors for _i, r in rows])
@@ -77,7 +77,7 @@ def excess_of(campaign: Campaign, channel: str, rate_hz: float = _RATE_HZ) -> Ex
 
 def covered(campaign: Campaign, channel: str, rate_hz: float = _RATE_HZ) -> dict[str, tuple[float, float]]:
     """Smallest and largest speed, load and temperature at which a campaign has samples of a channel."""
-    rows = (_rows(signals, channel) for signals in campaign.run(rate_hz))
+    rows = (_rows(signals, channel) for signals in campaign.run(rate_hz, angle=False))
     states = np.concatenate([r.states for r in rows if r is not None])
     return {name: (float(states[:, at].min()), float(states[:, at].max())) for at, name in enumerate(STATES[:3])}
 

@@ -148,7 +148,7 @@ def _watched(bench: int, number: int, design: Design, change: str | None, streng
 def _scale(campaign: Campaign, effect: Effect, channel: str, size: float) -> None:
     """Set the amplitude so that what it adds has the RMS ``size`` over the steady samples in which it is felt."""
     squares = []
-    for signals in campaign.run(25.0):
+    for signals in campaign.run(25.0, angle=False):
         for name, a, b in signals.motion.segments:
             if name == "steady":
                 squares.append(signals.added[channel][a:b] ** 2)

@@ -33,13 +33,23 @@ def test_every_form_shows_in_its_first_channel(chosen) -> None:
     effect = chosen.make(np.random.default_rng(5))
     campaign = small_campaign(effect)
     largest = 0.0
-    for signals in campaign.run(25.0):
+    for signals in campaign.run(25.0, angle=False):
         assert all(np.isfinite(part).all() for part in signals.added.values())
         if effect.channels[0] == "temperature":
             largest = 1.0
         else:
             largest = max(largest, float(np.abs(signals.added[effect.channels[0]]).max()))
     assert largest > 0.0
+
+
+@pytest.mark.parametrize("name", ["friction.stribeck", "te.sideband", "te.resonance"])
+def test_without_the_load_angle_effects_add_the_same(name: str) -> None:
+    """Those that modulate the series as well as those that leave it alone."""
+    campaign = small_campaign(next(f for f in FORMS if f.effect == name).make(np.random.default_rng(5)))
+    for whole, part in zip(campaign.run(25.0), campaign.run(25.0, angle=False), strict=True):
+        assert np.isfinite(whole.load_angle).all()
+        assert np.isnan(part.load_angle).all()
+        assert all(np.array_equal(whole.added[channel], part.added[channel]) for channel in whole.added)
 
 
 @pytest.mark.parametrize("name", ["thermal.sensor_lag", "thermal.second_mass", "thermal.ambient_drift"])
