@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bench.mismatch import criteria
 from bench.mismatch.regression.model import ChannelModel, Chosen, fit_blocks
-from bench.simulation.frame import FloatArray
+from bench.simulation.frame import FloatArray, IntArray
 from bench.simulation.heat_rates import HEATING
 from bench.simulation.memory import integral
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE
@@ -87,14 +87,23 @@ def _largest(values: FloatArray, usable: NDArray[np.bool_]) -> float:
 
 
 def active_size(values: FloatArray, number: FloatArray) -> float:
-    """Root mean square of ``values`` (n,), of ``number`` samples each, over the smallest set of samples that holds
-    ``criteria.ACTIVE_ENERGY`` of their energy, ``criteria.LEAST_ACTIVE`` of all samples at least.
+    """Root mean square of ``values`` (n,), of ``number`` samples each, over the samples where they act,
+    ``criteria.LEAST_ACTIVE`` of all samples at least.
+    """
+    acts = active(values, number)
+    energy = float(number[acts] @ values[acts] ** 2)
+    if energy <= 0.0:
+        return 0.0
+    samples = max(float(number[acts].sum()), criteria.LEAST_ACTIVE * float(number.sum()))
+    return float(np.sqrt(energy / samples))
+
+
+def active(values: FloatArray, number: FloatArray) -> IntArray:
+    """Where ``values`` (n,), of ``number`` samples each, act: the fewest samples that hold
+    ``criteria.ACTIVE_ENERGY`` of their energy. Their places (k,), the largest first; none where all are zero.
     """
     order = np.argsort(-(values**2))
     energy = np.cumsum(values[order] ** 2 * number[order])
     if energy.size == 0 or energy[-1] <= 0.0:
-        return 0.0
-    count = np.cumsum(number[order])
-    last = min(int(np.searchsorted(energy, criteria.ACTIVE_ENERGY * energy[-1])), energy.size - 1)
-    samples = max(float(count[last]), criteria.LEAST_ACTIVE * float(count[-1]))
-    return float(np.sqrt(energy[last] / samples))
+        return order[:0]
+    return order[: min(int(np.searchsorted(energy, criteria.ACTIVE_ENERGY * energy[-1])), energy.size - 1) + 1]

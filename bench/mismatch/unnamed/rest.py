@@ -12,6 +12,7 @@ from bench.mismatch.discovery import UNKNOWN, UNNAMED, ChannelOutcome, Discovery
 from bench.mismatch.regression import windows
 from bench.mismatch.regression.candidates import PERIODIC
 from bench.mismatch.regression.problem import CHANNELS
+from bench.mismatch.regression.strength import active
 from bench.mismatch.report.figures import strength
 from bench.simulation.frame import FloatArray
 from bench.simulation.terms import CHANNEL_UNITS, LIBRARY, TRANSMISSION_ERROR
@@ -177,11 +178,14 @@ def _dwarfed(discovery: Discovery, outcome: ChannelOutcome, left: float) -> bool
 def _above_it(discovery: Discovery, outcome: ChannelOutcome) -> bool:
     """Whether a name stands above what is left without an explanation where it acts: friction after reversals is large
     there, however little it is over all samples.
+
+    What counts of it is what the recalibrated simulation does not have: friction that a reversal builds up is Coulomb
+    friction everywhere else.
     """
-    weight = np.where(outcome.usable, outcome.rows.number, 0.0) * discovery.added**2
-    explained, left = (
-        float(weight @ values**2) for values in (discovery.added, np.where(outcome.usable, outcome.left, 0.0))
-    )
+    number = np.where(outcome.usable, outcome.rows.number, 0.0)
+    beyond = discovery.added if discovery.excess is None else discovery.excess
+    acts = active(beyond, number)
+    explained, left = (float(number[acts] @ values[acts] ** 2) for values in (beyond, outcome.left))
     return explained > criteria.OVER_THE_REST**2 * left
 
 

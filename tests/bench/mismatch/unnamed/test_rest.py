@@ -117,6 +117,19 @@ def test_a_name_that_stands_above_what_is_left_where_it_acts_is_no_part_of_that(
     assert [d.effect for d in own.discoveries] == (["friction.presliding"] if named else []) + ["unknown"]
 
 
+@pytest.mark.parametrize(("beyond", "named"), [(8.0, True), (2.0, False)])
+def test_of_a_name_counts_what_the_simulation_does_not_have(beyond: float, named: bool) -> None:
+    """Friction that a reversal builds up is Coulomb friction in steady motion: that says nothing for the name."""
+    frame = made.campaign()
+    acts = np.arange(frame.size) % 100 == 0
+    found = made.discovery("motor_torque", "friction.presliding", 20.0 * SIGMA * frame.direction, ("reversal_travel",))
+    own = made.outcome(frame, "motor_torque", [replace(found, excess=beyond * SIGMA * acts)], SIGMA)
+    own = replace(own, rows=replace(own.rows, y=own.whole + 3.0 * SIGMA))
+    own.rmse |= {"after": 3.0 * own.floor, "after_steady": 3.0 * own.floor}
+    unexplained(own)
+    assert [d.effect for d in own.discoveries] == (["friction.presliding"] if named else []) + ["unknown"]
+
+
 @pytest.mark.parametrize(
     ("size", "left", "channel", "named"),
     [
