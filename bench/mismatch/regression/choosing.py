@@ -14,6 +14,7 @@ from bench.mismatch.regression.beside import admissible, free_function, handicap
 from bench.mismatch.regression.candidates import overlapping
 from bench.mismatch.regression.cycles import cycle_of, in_cycles, price_of_period
 from bench.mismatch.regression.description import description
+from bench.mismatch.regression.finer import finer_tables
 from bench.mismatch.regression.heredity import orphaned
 from bench.mismatch.regression.model import Block, ChannelModel, Chosen, unrefined
 from bench.mismatch.regression.products import products, without_parts
@@ -38,9 +39,11 @@ SHORT_LIST = 3
 """effects, and free functions, that are refined and compared on points left out in a step"""
 
 
-def best_candidate(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) -> Chosen | None:
+def best_candidate(
+    search: Search, seen: Scan, passed: Sequence[Chosen] = (), more_functions: bool = True
+) -> Chosen | None:
     """The candidate that predicts points left out best beside the model, of those that gain their price; none of the
-    kinds ``passed`` over.
+    kinds ``passed`` over, nor, but for ``more_functions``, one more function without a name.
     """
     over = {_kind(c.main.regressor) for c in passed}
     model = search.model
@@ -56,7 +59,7 @@ def best_candidate(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) ->
     # an effect that is any function of a quantity has one
     whole = {(c.effect, c.main.regressor.variables) for c in model.chosen if isinstance(c.main.regressor, Free)}
     beside = sum(of_auxiliary(c.main.regressor) for c in free_ones)
-    more = len(free_ones) - beside < MOST_UNKNOWN
+    more = more_functions and len(free_ones) - beside < MOST_UNKNOWN
     # the columns of a function that the model has already differ from nothing by rounding alone
     had = {c.main.indices for c in model.chosen}
     order = np.argsort(-seen.gain)
@@ -70,14 +73,18 @@ def best_candidate(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) ->
         if orphaned(regressor, effects, waiting) or _kind(regressor) in over or search.blocks[k].indices in had:
             continue
         if isinstance(regressor, Named):
-            # a term of the nominal simulation that is switched off is always asked
+            # a term of the nominal simulation that is switched off is always asked; one form of an effect stands in the
+            # table of any function of its quantity
+            if (regressor.effect, regressor.variables) in whole:
+                continue
             if regressor.effect not in taken and (len(named) < SHORT_LIST or regressor.term.nominal):
                 forms = named.setdefault(regressor.effect, {})
                 # which form is best is known when each has its own parameters: a knee lies between two grid points
                 if len(forms) < MOST_FORMS:
                     forms.setdefault(regressor.form.name, int(k))
         elif of_auxiliary(regressor):
-            if beside < MOST_AUXILIARY and (len(free) + len(other) < SHORT_LIST or regressor.variables in other):
+            may = more_functions and beside < MOST_AUXILIARY
+            if may and (len(free) + len(other) < SHORT_LIST or regressor.variables in other):
                 # whether it is drag or grows with speed is known when all else is fitted beside each
                 ways = other.setdefault(regressor.variables, {})
                 if len(ways) < MOST_FORMS:
@@ -88,7 +95,7 @@ def best_candidate(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) ->
     eligible = [k for forms in named.values() for k in forms.values()]
     nameless = [*free.values(), *(k for ways in other.values() for k in ways.values())]
     cycles = _cycles(model)
-    made = products(search)
+    made = [*products(search), *finer_tables(search)]
     if not cycles and not made and max((seen.gain[k] for k in (*eligible, *nameless)), default=-np.inf) < seen.price:
         return None
     best: tuple[float, Chosen] | None = None
@@ -117,7 +124,7 @@ def best_candidate(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) ->
         and not search.out(b.regressor)
     ]
     for block in (*functions, *made):
-        # a product stands in place of the function that it was made of
+        # a product and a finer table stand in place of the function that they were made of
         others = without_parts(model.chosen, block.regressor)
         candidate = free_function(search, others, _form_of_a_name(block, others))
         proposed = candidate.main.regressor
@@ -127,7 +134,7 @@ def best_candidate(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) ->
             continue
         total = float(search.density([*others, candidate]).sum()) - price_of_course(model, block.regressor)
         total -= description(model, candidate)
-        if total - start < seen.price or not strength(search.model, candidate).enough:
+        if total - start < seen.price or not strength(replace(model, chosen=others), candidate).enough:
             continue
         joint = None if model.noise.independent_rows is None else model.refitted([*others, candidate])
         if joint is not None and not sound_beside(search, others, candidate.main, joint):

@@ -13,6 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from bench.mismatch.regression.finer import coarser
 from bench.mismatch.regression.knots import KNOTS, close_knots, knots_of
 from bench.mismatch.regression.model import Block, Chosen
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Regressor
@@ -72,11 +73,11 @@ def _products(search: Search) -> Iterator[Block]:
 
 
 def replaced(chosen: Sequence[Chosen], product: Regressor) -> list[Chosen]:
-    """Functions without a name among some effects that a product stands in place of: of no other quantities, times the
-    same.
+    """Functions among some effects that a product stands in place of, without a name, of no other quantities, times the
+    same; or that a finer table does, the same function.
     """
     if not isinstance(product, Free) or not product.mixing:
-        return []
+        return [c for c in chosen if coarser(c.main.regressor, product)]
     kinds, times = {_KIND.get(name) for name in product.variables}, {g.times for g in product.grids}
     return [c for c in chosen if (common := _kinds(c.main.regressor)) and set(common) <= kinds and _times(c) == times]
 

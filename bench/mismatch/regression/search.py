@@ -49,7 +49,7 @@ MOST_REFUTED = 4
 MOST_ROUNDS = 4
 """times that the noise is read afresh from what the model leaves"""
 QUIETER = 0.9
-"""noise over that of the last round, below which another round may find more"""
+"""noise over that of the last round, or how wide it is taken, below which another round may find more"""
 
 
 def begun(problem: ChannelProblem, seed: int = 0, left: FloatArray | None = None, wider: float = 1.0) -> Search:
@@ -150,28 +150,38 @@ def _sought(search: Search) -> Search:
     """The search with its effects, where points left out tell what a number is worth.
 
     Where the recordings' means contradict the calibrated simulation, something acts inside the recordings that it
-    cannot say, and would be calibrated by it. Effects are looked for with the rows' noise as wide as that; then the
-    rows count in full again, unless the means contradict what was found as well. Where nothing was found, rows in full
-    are asked once: if they find what the means do not contradict, it is that which acts.
+    cannot say, and would be calibrated by it. Effects are looked for with the rows' noise as wide as that. With what
+    was found less is contradicted: as long as the means do not contradict narrower noise, names, and finer tables of
+    what was found, are looked for again. (More functions without a name would follow what is left of the first.) Then
+    the rows count in full, unless the means contradict
+    what was found as well. Where nothing was found, rows in full are asked once: if they find what the means do not
+    contradict, it is that which acts.
     """
     wider = _contradicted(search)
-    if wider > 1.0:
-        wide = begun(search.model.problem, search.seed, None, wider)
-        _forward(wide)
-        if wide.model.chosen:
-            search = carried_over(wide, search)
-        else:
-            _forward(search)
-        if not search.model.chosen or _contradicted(search) > 1.0:
-            wide.model.notes.append(
-                "what is left inside the recordings contradicts their means: the noise of their rows is taken to be"
-                f" {wider:.2g} times as large"
-            )
-            return wide
-        if not wide.model.chosen:
-            return search
+    if wider <= 1.0:
+        _forward(search)
+        return search
+    wide = carried_over(search, begun(search.model.problem, search.seed, None, wider))
+    _forward(wide)
+    while wide.model.chosen and (narrower := _contradicted(carried_over(wide, search))) > 1.0:
+        again = carried_over(wide, begun(search.model.problem, search.seed, None, narrower))
+        if narrower > QUIETER * wider or _contradicted(again) > 1.0:
+            break
+        _forward(again, more_functions=False)
+        wide, wider = again, narrower
+    search = carried_over(wide, search)
+    nothing = not wide.model.chosen
+    if nothing:
+        _forward(search)
+    if not search.model.chosen or _contradicted(search) > 1.0:
+        wide.model.notes.append(
+            "what is left inside the recordings contradicts their means: the noise of their rows is taken to be"
+            f" {wider:.2g} times as large"
+        )
+        return wide
+    if not nothing:
         search.scans = []
-    _forward(search)
+        _forward(search)
     return search
 
 
@@ -233,7 +243,7 @@ def carried_over(search: Search, to: Search) -> Search:
     return to
 
 
-def _forward(search: Search) -> None:
+def _forward(search: Search, more_functions: bool = True) -> None:
     model = search.model
     passed: list[Chosen] = []
     while len(model.chosen) < MOST_EFFECTS:
@@ -242,7 +252,7 @@ def _forward(search: Search) -> None:
         if len(search.scans) == 1:
             # beside a rich function noise gains more: that is the next effect's affair, not that of those found before
             model.price = seen.price
-        found = best_candidate(search, seen, passed)
+        found = best_candidate(search, seen, passed, more_functions)
         pair = hidden_pair(search, seen) if found is None else []
         if pair:
             search.model = model = replace(model, chosen=[*model.chosen, *pair])

@@ -12,6 +12,7 @@ from bench.mismatch.regression.folds import squares
 from bench.mismatch.regression.problem import ChannelProblem
 from bench.mismatch.regression.search import searched
 from bench.mismatch.regression.spells import levels_of, spell_of
+from bench.mismatch.regression.state import Search
 from bench.simulation.frame import FloatArray, Frame
 from tests.bench.mismatch.regression.synthetic import campaign, problem
 
@@ -115,3 +116,34 @@ def test_rows_in_full_are_asked_where_wide_ones_find_nothing(monkeypatch: pytest
     model = searched(made(hump)).model
     assert bool(model.chosen) is explained
     assert any("60 times as large" in note for note in model.notes) is not explained
+
+
+@pytest.mark.parametrize(
+    ("answers", "widths"),
+    [
+        # of the simulation, of what was found, of that with narrower noise, of what was found then
+        ([6.0, 2.0, 1.0, 1.9], [6.0, 2.0, 1.9]),
+        ([6.0, 5.8], [6.0, 5.8]),
+        ([6.0, 2.0, 2.0], [6.0, 2.0]),
+    ],
+    ids=["narrower", "hardly narrower", "narrower noise is contradicted"],
+)
+def test_rows_are_taken_less_wide_when_what_was_found_contradicts_their_means_less(
+    monkeypatch: pytest.MonkeyPatch, answers: list[float], widths: list[float]
+) -> None:
+    """As long as each round leaves less, and its fit does not contradict the means."""
+    rest = iter(answers)
+    taken: list[float] = []
+
+    def begun(own: ChannelProblem, seed: int = 0, residual: FloatArray | None = None, wider: float = 1.0) -> Search:
+        taken.append(wider)
+        return whole(own, seed, residual, wider)
+
+    whole = search_of_a_channel.begun
+    monkeypatch.setattr(search_of_a_channel, "_contradicted", lambda _: next(rest, answers[-1]))
+    monkeypatch.setattr(search_of_a_channel, "begun", begun)
+    hump = 0.4 * np.exp(-((np.abs(FRAME.velocity) / 0.02) ** 2)) * FRAME.direction
+    model = searched(made(hump)).model
+    assert taken == [1.0, *widths]
+    told = widths[1] if len(widths) == 3 else widths[0]
+    assert any(f"{told:.2g} times as large" in note for note in model.notes)

@@ -1,0 +1,56 @@
+"""Functions that were found get finer tables where their knots are too far apart for them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bench.mismatch.regression.finer import coarser, finer_tables, knots_of_table
+from bench.mismatch.regression.regressors import Free, named
+from bench.mismatch.regression.search import searched
+from bench.simulation.tables import Grid
+from tests.bench.mismatch.regression.synthetic import campaign, problem
+
+SIGMA = 0.02
+
+
+def _table(number: int, over: tuple[str, ...] = ("temperature",), times: str = "d", effect: str = "unknown") -> Free:
+    knots = tuple(np.linspace(20.0, 40.0, number).tolist())
+    return Free("motor_torque", (Grid(over, times, (knots,) * len(over)),), effect)
+
+
+@pytest.mark.parametrize(("width", "finer"), [(0.6, True), (6.0, False)])
+def test_what_is_sharper_than_a_coarse_table_gets_a_finer_one(width: float, finer: bool) -> None:
+    """A hump of drag at 31 degC, much narrower than the distance of twelve knots over the temperatures, or wider."""
+    frame = campaign(120)
+    hump = 0.3 * frame.direction * np.exp(-0.5 * ((frame.temperature - 31.0) / width) ** 2)
+    noise = np.random.default_rng(4).normal(scale=SIGMA, size=frame.size)
+    model = searched(problem(frame, 0.6 * frame.direction + hump + noise)).model
+    (found,) = model.chosen
+    assert found.main.regressor.variables == ("temperature",)
+    assert (len(knots_of_table(found.main.regressor)) > 12) is finer
+    left = hump - model.contribution(found, frame)
+    assert np.std(left[frame.direction > 0]) < SIGMA
+
+
+def test_a_table_of_a_quantity_that_keeps_a_few_levels_gets_no_finer() -> None:
+    frame = campaign(24)
+    levels = np.round(frame.temperature / 10.0) * 10.0
+    frame = replace(frame, temperature=levels)
+    effect = 0.3 * frame.direction * (levels == 30.0)
+    noise = np.random.default_rng(4).normal(scale=SIGMA, size=frame.size)
+    search = searched(problem(frame, 0.6 * frame.direction + effect + noise))
+    assert search.model.chosen
+    assert finer_tables(search) == []
+
+
+def test_a_finer_table_stands_in_place_of_the_same_function_alone() -> None:
+    assert coarser(_table(6), _table(12))
+    assert not coarser(_table(12), _table(12))
+    assert not coarser(_table(6), _table(12, times="1"))
+    assert not coarser(_table(6), _table(12, over=("speed",)))
+    assert not coarser(_table(6, effect="friction.run_in"), _table(12))
+    assert not coarser(_table(4, over=("speed", "load")), _table(12))
+    assert not coarser(named("friction.stribeck", "motor_torque", "gaussian", (0.5,)), _table(12))
