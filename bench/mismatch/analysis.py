@@ -31,7 +31,7 @@ from bench.mismatch.recordings.rows import HEAT_S, Rows
 from bench.mismatch.regression.bank import Fit
 from bench.mismatch.regression.candidates import ROTATING
 from bench.mismatch.regression.model import ChannelModel, fit_blocks
-from bench.mismatch.regression.nameless_heat import nameless_heat, nameless_load_heat
+from bench.mismatch.regression.nameless_heat import gain_heat, nameless_heat, nameless_load_heat
 from bench.mismatch.regression.nameless_load import nameless_load
 from bench.mismatch.regression.problem import CHANNELS, TORQUE_ZERO, BaseTerm, ChannelProblem
 from bench.mismatch.regression.regressors import UNKNOWN, Named
@@ -365,7 +365,9 @@ def _heat(out: Analysis, data: Dataset, given: Given, rows: Rows, seed: int, ban
     def search() -> Search:
         less = replace(rows, frame=out.zeros.less(rows.frame))
         capacity = capacity_of(data, given, less)
-        nameless = nameless_heat(models[MOTOR_TORQUE], capacity) if MOTOR_TORQUE in models else ()
+        nameless: tuple[BaseTerm, ...] = ()
+        if MOTOR_TORQUE in models:
+            nameless = (*nameless_heat(models[MOTOR_TORQUE], capacity), *gain_heat(models[MOTOR_TORQUE], capacity))
         if LOAD_TORQUE in models:
             nameless = (*nameless, *nameless_load_heat(models[LOAD_TORQUE], capacity))
         nuisances = (wandering_zero(data, less, zero, capacity, row), *nameless)

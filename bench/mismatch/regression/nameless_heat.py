@@ -6,11 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bench.mismatch import criteria
 from bench.mismatch.regression.model import ChannelModel, Chosen
 from bench.mismatch.regression.problem import BaseTerm, Untold, fixed_part
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.memory import integral
 from bench.simulation.terms import MOTOR_TORQUE
+
+REPORTED_GAIN = "motor.torque_constant"
+"""effect that is an error of the reported motor torque"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +40,25 @@ class NamelessHeat(Untold):
 
 
 @dataclass(frozen=True, slots=True)
+class GainHeat(Untold):
+    """Power of what a gain error of the reported motor torque comes to, integrated over each recording.
+
+    It is the small difference of two large powers, and nature's form of the error need not be the library's: a
+    saturation that is followed a little wrong is heat that never was.
+    """
+
+    model: ChannelModel
+    gains: tuple[Chosen, ...]
+    words: str = "heat of the gain error of the motor torque"
+    equation: str = "dT/dt += dtau_m*w_m/C"
+
+    def columns(self, frame: Frame) -> FloatArray:
+        """Integral of the power (n, 1)."""
+        sign = np.sign(frame.motor_torque * frame.omega - frame.torque * frame.velocity)
+        return integral(sign * self.model.sum_of(self.gains, frame) * frame.omega, frame)[:, None]
+
+
+@dataclass(frozen=True, slots=True)
 class NamelessLoadHeat(Untold):
     """Power of what the load torque has without a name, integrated over each recording: an error of the sensor is power
     that was never there.
@@ -57,6 +80,14 @@ def nameless_load_heat(model: ChannelModel, capacity: float) -> tuple[BaseTerm, 
     """
     nameless = model.nameless
     return (BaseTerm(NamelessLoadHeat(model, nameless), (capacity**2,)),) if nameless else ()
+
+
+def gain_heat(model: ChannelModel, capacity: float) -> tuple[BaseTerm, ...]:
+    """The base term of the temperature for a model of the motor torque and a heat capacity (J/K); none where no gain
+    error was found. It may be as much as nature's form of the error differs from the library's.
+    """
+    gains = tuple(chosen for chosen in model.chosen if chosen.effect == REPORTED_GAIN)
+    return (BaseTerm(GainHeat(model, gains), ((capacity / criteria.SHAPE) ** 2,)),) if gains else ()
 
 
 def nameless_heat(model: ChannelModel, capacity: float) -> tuple[BaseTerm, ...]:

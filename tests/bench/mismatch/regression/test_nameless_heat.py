@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from bench.mismatch import criteria
 from bench.mismatch.regression.model import Chosen, add_block
-from bench.mismatch.regression.nameless_heat import nameless_heat
+from bench.mismatch.regression.nameless_heat import gain_heat, nameless_heat
 from bench.mismatch.regression.problem import NUISANCE
 from bench.mismatch.regression.regressors import Free, named
 from bench.mismatch.regression.search import begun
@@ -38,3 +39,23 @@ def test_heat_without_a_name_is_that_of_the_function_and_of_what_is_left() -> No
         assert np.allclose(told[rows], heat)
     assert np.abs(left).max() < 0.1 * np.abs(told).max()
     assert nameless_heat(replace(model, chosen=[churn], fit=model.refitted([churn])), 2.0e4) == ()
+
+
+def test_heat_of_a_gain_error_may_be_as_much_as_its_form_is_off() -> None:
+    frame = campaign()
+    y = 0.5 * frame.direction + 0.03 * frame.torque / 185.0
+    frame = replace(frame, motor_torque=y)
+    own = problem(frame, y)
+    search = begun(own)
+    gain = Chosen(add_block(own, search.model.bank, named("motor.torque_constant", MOTOR_TORQUE, "gain")))
+    model = replace(search.model, chosen=[gain], fit=search.model.refitted([gain]))
+    (term,) = gain_heat(model, 2.0e4)
+    assert term.regressor.effect == NUISANCE
+    assert term.precision == ((2.0e4 / criteria.SHAPE) ** 2,)
+    (heat,) = term.regressor.columns(frame).T
+    rows = frame.recording == 7
+    power = np.sign(y * frame.omega - frame.torque * frame.velocity) * model.contribution(gain, frame) * frame.omega
+    rises = 0.5 * (power[rows][1:] + power[rows][:-1]) * frame.step[rows][1:]
+    assert np.allclose(heat[rows], np.concatenate([[0.0], np.cumsum(rises)]))
+    assert np.any(heat[rows])
+    assert gain_heat(replace(model, chosen=[]), 2.0e4) == ()
