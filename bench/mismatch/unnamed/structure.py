@@ -17,7 +17,7 @@ from bench.mismatch import criteria
 from bench.mismatch.discovery import UNKNOWN, UNNAMED, ChannelOutcome, Discovery, Structure
 from bench.mismatch.recordings.rows import settled_rows
 from bench.mismatch.recordings.vibration import Density
-from bench.mismatch.regression.candidates import PATH
+from bench.mismatch.regression.candidates import PATH, PERIODIC
 from bench.mismatch.regression.maxima import tail_probability
 from bench.mismatch.regression.model import explained, of_start, unrefined
 from bench.mismatch.regression.pruning import shuffled
@@ -28,8 +28,8 @@ from bench.mismatch.unnamed.bursts import Bursts, bursts
 from bench.mismatch.unnamed.scatter import LEAST_LOUDER, UNITS, Scatter, scatter
 from bench.mismatch.unnamed.telegraph import Telegraph, telegraph
 from bench.mismatch.unnamed.tones import Tone, tone
-from bench.simulation.frame import FloatArray
-from bench.simulation.terms import CHANNEL_UNITS, MOTOR_TORQUE
+from bench.simulation.frame import FloatArray, Frame, IntArray
+from bench.simulation.terms import CHANNEL_UNITS, MOTOR_TORQUE, TRANSMISSION_ERROR
 
 COMES_AND_GOES = "scatter that comes and goes"
 MORE_SURROGATES = 9
@@ -146,23 +146,35 @@ def _counts(loud: Bursts, outcome: ChannelOutcome, search: Search) -> bool:
     number = rows.number[loud.rows]
     overall = float(np.sqrt(np.sum(left[loud.rows] ** 2 * number) / rows.number[search.model.problem.train].sum()))
     size = float(np.sqrt(np.mean(left[loud.rows] ** 2)))
-    if size < _missed_by_names(outcome, loud, rows.size):
+    if size < _missed_by_names(outcome, rows.frame.take(loud.rows)):
         return False
     alone = size > outcome.floor
     least = criteria.LEAST_STRENGTH * np.sqrt(criteria.LEAST_ACTIVE) if alone else criteria.LEAST_OVERALL
     return bool(overall > least * outcome.floor)
 
 
-def _missed_by_names(outcome: ChannelOutcome, loud: Bursts, rows: int) -> float:
-    """Root mean square of what the names of a channel with ``rows`` rows may miss where blocks are loud: of what they
-    add there beyond the calibrated simulation as much as nature's form may differ by, and all of a loop, which may be
-    off by itself until it is turned, for nothing tells what it is like where a recording begins. 0 in the transmission
-    error, whose rows are others.
+def _missed_by_names(outcome: ChannelOutcome, loud: Frame) -> float:
+    """Root mean square of what the names of a channel may miss at the rows of ``loud`` blocks: of what they add there
+    beyond the calibrated simulation as much as nature's form may differ by, and all of a loop, which may be off by
+    itself until it is turned, for nothing tells what it is like where a recording begins. What is periodic in the angle
+    is in no block of the transmission error's offset.
     """
-    named = [d for d in outcome.discoveries if d.status != UNKNOWN]
+    at = _nearest(outcome.rows.frame, loud)
+    absent = PERIODIC if outcome.channel == TRANSMISSION_ERROR else ()
+    named = [d for d in outcome.discoveries if d.status != UNKNOWN and d.effect not in absent]
     shares = [1.0 if PATH in d.variables else criteria.SHAPE for d in named]
     beyond = [share * (d.added if d.excess is None else d.excess) for share, d in zip(shares, named, strict=True)]
-    return float(np.sqrt(sum(np.mean(values[loud.rows] ** 2) for values in beyond if values.size == rows)))
+    return float(np.sqrt(sum(np.mean(values[at] ** 2) for values in beyond)))
+
+
+def _nearest(frame: Frame, rows: Frame) -> IntArray:
+    """Row of a ``frame`` of the same recordings that is nearest in time to each of some ``rows`` (n,)."""
+    apart = float(max(frame.elapsed.max(initial=0.0), rows.elapsed.max(initial=0.0))) + 1.0
+    key = frame.recording * apart * 2.0 + frame.elapsed
+    wanted = rows.recording * apart * 2.0 + rows.elapsed
+    after = np.clip(np.searchsorted(key, wanted), 1, max(key.size - 1, 1))
+    nearer = np.abs(key[after - 1] - wanted) <= np.abs(key[np.minimum(after, key.size - 1)] - wanted)
+    return np.asarray(np.where(nearer, after - 1, np.minimum(after, key.size - 1)), dtype=np.int64)
 
 
 def _matters(found: Tone, outcome: ChannelOutcome) -> bool:

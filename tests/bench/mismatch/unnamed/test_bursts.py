@@ -13,7 +13,7 @@ from bench.mismatch import criteria
 from bench.mismatch.regression.bank import fit
 from bench.mismatch.unnamed.bursts import Bursts, _chance, bursts
 from bench.mismatch.unnamed.structure import _counts
-from bench.simulation.frame import Frame
+from bench.simulation.frame import FloatArray, Frame
 from tests.bench.mismatch.regression.synthetic import banked, campaign, problem
 
 SIGMA = 0.05
@@ -83,19 +83,38 @@ def test_what_comes_just_before_a_reversal_is_no_burst() -> None:
     assert looked(1, 6.0, KNOCK, replace(QUICK, steady=steady), 0.1).rows.size == 0
 
 
-def counted(size: float, rows: int, named: float = 0.0, variables: tuple[str, ...] = ()) -> bool:
-    """Whether ``rows`` of 40 000 that are ``size`` times the noise off count, where a name of some ``variables`` adds
-    ``named`` times it.
+def frame_of(elapsed: FloatArray) -> Any:
+    """Rows of one recording at some times (s)."""
+    recording = np.zeros(elapsed.size, dtype=np.int64)
+    return SimpleNamespace(recording=recording, elapsed=elapsed, take=lambda rows: frame_of(elapsed[rows]))
+
+
+def counted(
+    size: float,
+    rows: int,
+    named: float = 0.0,
+    variables: tuple[str, ...] = (),
+    effect: str = "friction.stribeck",
+    compared_s: float = 1.0,
+) -> bool:
+    """Whether ``rows`` of 40 000, one a second, that are ``size`` times the noise off count, where a name of some
+    ``variables`` adds ``named`` times it; the channel is compared at other rows, each ``compared_s``.
     """
-    frame = SimpleNamespace()
+    frame = frame_of(np.arange(40_000.0))
     y = np.zeros(40_000)
     y[:rows] = size * SIGMA
     rows_of = SimpleNamespace(y=y, frame=frame, number=np.ones(y.size), size=y.size)
     problem_of = SimpleNamespace(rows=rows_of, train=y >= 0.0, spec=SimpleNamespace(integral=False))
     model = SimpleNamespace(problem=problem_of, blocks=list, predict=lambda _: np.zeros(y.size))
     search: Any = SimpleNamespace(model=model)
-    name = SimpleNamespace(status="named", added=np.full(y.size, named * SIGMA), excess=None, variables=variables)
-    outcome: Any = SimpleNamespace(floor=SIGMA, discoveries=[name])
+    compared = frame_of(np.arange(0.0, 40_000.0, compared_s))
+    # it acts where the rows are loud alone
+    added = np.where(compared.elapsed <= rows, named * SIGMA, 0.0)
+    name = SimpleNamespace(status="named", effect=effect, added=added, excess=None, variables=variables)
+    channel = "transmission_error" if effect.startswith("te.") else "motor_torque"
+    outcome: Any = SimpleNamespace(
+        floor=SIGMA, discoveries=[name], channel=channel, rows=SimpleNamespace(frame=compared)
+    )
     return _counts(Bursts(np.arange(rows), 1e-4, 3.0), outcome, search)
 
 
@@ -108,6 +127,22 @@ def test_loud_rows_that_the_form_of_a_name_may_leave_are_no_burst(named: float, 
 def test_loud_rows_are_no_burst_where_a_loop_may_be_off_by_all_of_itself(named: float, counts: bool) -> None:
     """Until it is turned nothing tells where in its loop a recording began."""
     assert counted(2.3, 20, named, ("torque_path",)) is counts
+
+
+@pytest.mark.parametrize(
+    ("effect", "variables", "counts"),
+    [
+        ("te.hysteresis", ("torque_path",), False),
+        ("te.stiffness_nonlinear", ("torque",), True),
+        ("te.harmonic", ("angle",), True),
+    ],
+)
+@pytest.mark.parametrize("compared_s", [0.1, 7.0])
+def test_names_of_the_transmission_error_are_asked_at_the_same_times(
+    effect: str, variables: tuple[str, ...], counts: bool, compared_s: float
+) -> None:
+    """It is compared over the angle, at other rows than its offset; the waves of the angle are not in the offset."""
+    assert counted(2.3, 70, 3.0 if effect != "te.harmonic" else 30.0, variables, effect, compared_s) is counts
 
 
 @pytest.mark.parametrize(
