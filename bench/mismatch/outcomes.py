@@ -67,8 +67,9 @@ def of_search(search: Search, data: Dataset, formulas: bool) -> ChannelOutcome:
     number = np.where(problem.usable, problem.rows.number, 0.0)
     outcome.discoveries += of_regression(search, slots, whole, number)
     outcome.doubt = uncertainty(model, frame, problem.held_out, problem.rows.number)
-    if problem.spec.integral:
-        # what no file holds is missing from every prediction
+    if problem.spec.integral and model.noise.independent_rows is None:
+        # zeros as large as the fitted recordings have shown them (:func:`regression.prior.zeros_settled`); what no file
+        # holds is missing from every prediction
         outcome.doubt += of_zeros(model, problem.held_out)
     outcome.levels = 0.0 if problem.spec.integral else model.fit.variance
     outcome.notes += model.notes

@@ -24,7 +24,7 @@ from bench.mismatch.regression.problem import (
     fixed_part,
     heat_capacity,
     nominal_base,
-    travel_of_a_stretch,
+    squared_speed_time,
     zero_precisions,
 )
 from bench.mismatch.regression.sensitivity import sensitivities
@@ -55,15 +55,15 @@ def capacity_of(data: Dataset, given: Given, rows: Rows) -> float:
     return heat_capacity(rows, base_of(given, TEMPERATURE, rows), fitted)
 
 
-def wandering_zero(data: Dataset, rows: Rows, zero: float, capacity: float, row: float) -> BaseTerm:
+def wandering_zero(data: Dataset, rows: Rows, zero: float, capacity: float, row: float | None) -> BaseTerm:
     """The zeros of the motor torque in the heat balance.
 
     ``zero``: how far they differ from recording to recording, N·m; ``capacity``: heat capacity, J/K; ``row``: noise of
-    a row of the temperature, K.
+    a row of the temperature, K, None where nothing tells it.
     """
     torque = noise.mixture(data.density.get(MOTOR_TORQUE, []))
-    travel = travel_of_a_stretch(torque, row, capacity)
-    return BaseTerm(WanderingZero(travel), zero_precisions(rows.frame, torque, zero, capacity, travel))
+    most = squared_speed_time(torque, row, capacity)
+    return BaseTerm(WanderingZero(most), zero_precisions(rows.frame, torque, zero, capacity, most))
 
 
 def problem_of(

@@ -73,10 +73,7 @@ def best_candidate(
         if orphaned(regressor, effects, waiting) or _kind(regressor) in over or search.blocks[k].indices in had:
             continue
         if isinstance(regressor, Named):
-            # a term of the nominal simulation that is switched off is always asked; one form of an effect stands in the
-            # table of any function of its quantity
-            if (regressor.effect, regressor.variables) in whole:
-                continue
+            # a term of the nominal simulation that is switched off is always asked
             if regressor.effect not in taken and (len(named) < SHORT_LIST or regressor.term.nominal):
                 forms = named.setdefault(regressor.effect, {})
                 # which form is best is known when each has its own parameters: a knee lies between two grid points
@@ -95,7 +92,7 @@ def best_candidate(
     eligible = [k for forms in named.values() for k in forms.values()]
     nameless = [*free.values(), *(k for ways in other.values() for k in ways.values())]
     cycles = _cycles(model)
-    made = [*products(search), *finer_tables(search)]
+    made = [*(products(search) if more_functions else ()), *finer_tables(search)]
     if not cycles and not made and max((seen.gain[k] for k in (*eligible, *nameless)), default=-np.inf) < seen.price:
         return None
     best: tuple[float, Chosen] | None = None

@@ -52,6 +52,14 @@ def knots_of(values: FloatArray, number: int) -> tuple[float, ...] | None:
     return tuple(kept) if len(kept) >= 3 else None
 
 
+def halved(knots: Sequence[float], values: FloatArray) -> tuple[float, ...]:
+    """Knots with one more in the middle of each interval, where ``values`` (n,) lie near it."""
+    known = np.asarray(knots)
+    both = np.sort(np.concatenate([known, 0.5 * (known[1:] + known[:-1])]))
+    kept = {*known.tolist(), *_among_rows(both.tolist(), np.sort(values))}
+    return tuple(sorted(kept))
+
+
 def _among_rows(knots: Sequence[float], values: FloatArray) -> list[float]:
     """Knots (increasing) with sorted ``values`` nearer to them than to the next ones, and both ends.
 

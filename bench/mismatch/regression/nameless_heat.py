@@ -43,19 +43,25 @@ class NamelessHeat(Untold):
 class GainHeat(Untold):
     """Power of what a gain error of the reported motor torque comes to, integrated over each recording.
 
-    It is the small difference of two large powers, and nature's form of the error need not be the library's: a
-    saturation that is followed a little wrong is heat that never was.
+    It is the small difference of two large powers, and neither its coefficients are known exactly nor need nature's
+    form of the error be the library's: a saturation that is followed a little wrong is heat that never was.
     """
 
     model: ChannelModel
-    gains: tuple[Chosen, ...]
+    gain: Chosen
     words: str = "heat of the gain error of the motor torque"
     equation: str = "dT/dt += dtau_m*w_m/C"
 
     def columns(self, frame: Frame) -> FloatArray:
-        """Integral of the power (n, 1)."""
+        """Integrals of the powers (n, k + 1): of one standard deviation of the coefficients in each of k independent
+        directions, and of as much as the form may be off.
+        """
         sign = np.sign(frame.motor_torque * frame.omega - frame.torque * frame.velocity)
-        return integral(sign * self.model.sum_of(self.gains, frame) * frame.omega, frame)[:, None]
+        main = self.gain.main
+        values, directions = np.linalg.eigh(self.model.fit.of(main.indices)[1])
+        unsure = main.regressor.columns(frame) @ (directions * np.sqrt(np.maximum(values, 0.0)))
+        torques = [*unsure.T, criteria.SHAPE * self.model.contribution(self.gain, frame)]
+        return np.column_stack([integral(sign * torque * frame.omega, frame) for torque in torques])
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,11 +89,12 @@ def nameless_load_heat(model: ChannelModel, capacity: float) -> tuple[BaseTerm, 
 
 
 def gain_heat(model: ChannelModel, capacity: float) -> tuple[BaseTerm, ...]:
-    """The base term of the temperature for a model of the motor torque and a heat capacity (J/K); none where no gain
-    error was found. It may be as much as nature's form of the error differs from the library's.
+    """The base terms of the temperature for a model of the motor torque and a heat capacity (J/K); none where no gain
+    error was given or found. It may be off by what its coefficients are unsure by, and nature's form by a fifth.
     """
-    gains = tuple(chosen for chosen in model.chosen if chosen.effect == REPORTED_GAIN)
-    return (BaseTerm(GainHeat(model, gains), ((capacity / criteria.SHAPE) ** 2,)),) if gains else ()
+    given = (Chosen(block) for block in model.base)
+    gains = [one for one in (*given, *model.chosen) if one.effect == REPORTED_GAIN]
+    return tuple(BaseTerm(GainHeat(model, g), (capacity**2,) * (len(g.main.indices) + 1)) for g in gains)
 
 
 def nameless_heat(model: ChannelModel, capacity: float) -> tuple[BaseTerm, ...]:

@@ -181,11 +181,11 @@ class WanderingZero(Untold):
     common to all: beside heating runs at one torque it could not be separated from the heat capacity, and what no file
     holds is missing from every prediction (a constant zero is asked for in :mod:`bench.mismatch.power_zeros`).
 
-    ``travel``: mean square of the motor's speed times the length of a stretch, (rad/s)²·s, up to which one zero stands
-    for the walk: the faster a recording, the shorter are its stretches (:func:`travel_of_a_stretch`).
+    ``squared_speed_time``: mean square of the motor's speed times the length of a stretch, (rad/s)²·s, up to which one
+    zero stands for the walk: the faster a recording, the shorter are its stretches (:func:`squared_speed_time`).
     """
 
-    travel: float = math.inf
+    squared_speed_time: float = math.inf
     words: str = "zero of the motor torque in the heat balance"
     equation: str = "dT/dt += z_r*w_m/C"
 
@@ -195,7 +195,7 @@ class WanderingZero(Untold):
         """
         recordings = _recordings(frame)
         parts = [(rows, np.ones(rows.stop - rows.start, dtype=bool)) for rows in recordings]
-        parts += [(rows, stretch) for rows, stretch, _ in _stretches(frame, self.travel)]
+        parts += [(rows, stretch) for rows, stretch, _ in _stretches(frame, self.squared_speed_time)]
         omega = frame.omega
         out = np.zeros((frame.size, len(parts)), order="F")
         for k, (rows, stretch) in enumerate(parts):
@@ -208,25 +208,26 @@ def _recordings(frame: Frame) -> list[slice]:
     return [slice(int(a), int(b)) for a, b in itertools.pairwise(recording_starts(frame))]
 
 
-def _stretches(frame: Frame, travel: float) -> list[tuple[slice, NDArray[np.bool_], float]]:
+def _stretches(frame: Frame, most: float) -> list[tuple[slice, NDArray[np.bool_], float]]:
     """Each stretch of the recordings that have several: rows of the recording, which of them, how long it is (s)."""
     out = []
     for rows in _recordings(frame):
         elapsed = frame.elapsed[rows]
         fast = float(np.mean(frame.omega[rows] ** 2))
-        length = min(STRETCH_S, max(travel / max(fast, 1e-12), SHORTEST_STRETCH_S))
+        length = min(STRETCH_S, max(most / max(fast, 1e-12), SHORTEST_STRETCH_S))
         number = np.floor((elapsed - elapsed.min()) / length)
         if number.max() >= 1.0:
             out += [(rows, number == k, length) for k in np.unique(number)]
     return out
 
 
-def travel_of_a_stretch(torque: Mixture | None, row: float, capacity: float) -> float:
-    """:attr:`WanderingZero.travel`: the walk that the noise of the ``torque`` adds up to bends away from the straight
-    line of one zero by no more than the noise of a ``row`` of the temperature, K, for any function of the heat would
-    follow a bend that is seen. ``capacity``: heat capacity, J/K. Infinite where no spectra tell the torque's noise.
+def squared_speed_time(torque: Mixture | None, row: float | None, capacity: float) -> float:
+    """:attr:`WanderingZero.squared_speed_time`: the walk that the noise of the ``torque`` adds up to bends away from
+    the straight line of one zero by no more than the noise of a ``row`` of the temperature, K, for any function of the
+    heat would follow a bend that is seen. ``capacity``: heat capacity, J/K. Infinite where no spectra tell the torque's
+    noise, or no rows that of the temperature.
     """
-    if torque is None:
+    if torque is None or row is None:
         return math.inf
     density = STRETCH_S * _of_stretches(torque, np.array([STRETCH_S]))[0]
     return float(BRIDGE * (row * capacity) ** 2 / max(density, 1e-300))
@@ -266,15 +267,16 @@ def zero_precisions(
     torque: Mixture | None,
     zero: float = TORQUE_ZERO,
     capacity: float = CAPACITY,
-    travel: float = math.inf,
+    most: float = math.inf,
 ) -> tuple[float, ...]:
     """Prior precisions of the wandering zero's coefficients: of each recording, then of each stretch.
 
     ``zero``: how far it differs from recording to recording, N·m; ``torque``: noise of a sample of the motor torque;
     its mean over a stretch is heat that never was. None: not known, and a stretch is taken to be as wrong as a data
-    sheet lets a recording be. ``capacity``: heat capacity, J/K; ``travel`` of the zero.
+    sheet lets a recording be. ``capacity``: heat capacity, J/K; ``most``: squared speed
+    times time of a stretch.
     """
-    length = np.array([of_stretch for _, _, of_stretch in _stretches(frame, travel)])
+    length = np.array([of_stretch for _, _, of_stretch in _stretches(frame, most)])
     squared = np.full(length.size, zero**2) if torque is None else _of_stretches(torque, length)
     each = capacity**2 / np.maximum(squared, 1e-12)
     return (*([(capacity / zero) ** 2] * len(_recordings(frame))), *(float(p) for p in each))

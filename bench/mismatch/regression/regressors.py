@@ -242,6 +242,15 @@ class Free:
         return self.rows(coefficients)[0]
 
 
+def knots_of_table(regressor: Regressor) -> tuple[float, ...]:
+    """Knots of a function of one quantity that is a plain table; none of anything else."""
+    if not isinstance(regressor, Free) or regressor.mixing:
+        return ()
+    first = regressor.grids[0]
+    plain = all(type(g) is Grid and (g.over, g.knots) == (first.over, first.knots) for g in regressor.grids)
+    return first.knots[0] if plain and len(first.over) == 1 else ()
+
+
 def named(effect: str, channel: str, form: str, point: Point = ()) -> Named:
     """A term of the library by its names. Raises StopIteration where there is no such form."""
     term = LIBRARY[effect]

@@ -153,26 +153,21 @@ def _sought(search: Search) -> Search:
     cannot say, and would be calibrated by it. Effects are looked for with the rows' noise as wide as that. With what
     was found less is contradicted: as long as the means do not contradict narrower noise, names, and finer tables of
     what was found, are looked for again. (More functions without a name would follow what is left of the first.) Then
-    the rows count in full, unless the means contradict
-    what was found as well. Where nothing was found, rows in full are asked once: if they find what the means do not
-    contradict, it is that which acts.
+    the rows count in full, unless the means contradict what was found as well. Where nothing was found, rows in full
+    are asked once: if they find what the means do not contradict, it is that which acts.
     """
     wider = _contradicted(search)
     if wider <= 1.0:
         _forward(search)
         return search
-    wide = carried_over(search, begun(search.model.problem, search.seed, None, wider))
+    wide = begun(search.model.problem, search.seed, None, wider)
     _forward(wide)
-    while wide.model.chosen and (narrower := _contradicted(carried_over(wide, search))) > 1.0:
-        again = carried_over(wide, begun(search.model.problem, search.seed, None, narrower))
-        if narrower > QUIETER * wider or _contradicted(again) > 1.0:
-            break
-        _forward(again, more_functions=False)
-        wide, wider = again, narrower
-    search = carried_over(wide, search)
     nothing = not wide.model.chosen
     if nothing:
         _forward(search)
+    else:
+        wide, wider = _less_wide(wide, wider, search)
+        search = carried_over(wide, search)
     if not search.model.chosen or _contradicted(search) > 1.0:
         wide.model.notes.append(
             "what is left inside the recordings contradicts their means: the noise of their rows is taken to be"
@@ -183,6 +178,22 @@ def _sought(search: Search) -> Search:
         search.scans = []
         _forward(search)
     return search
+
+
+def _less_wide(wide: Search, wider: float, full: Search) -> tuple[Search, float]:
+    """A search whose rows' noise is ``wider``, and that width, as narrow as the means allow beside what is found.
+    ``full``: the search with the rows' noise as it is, into which effects are carried to see what the means contradict.
+    """
+    for _ in range(MOST_ROUNDS - 1):
+        narrower = _contradicted(carried_over(wide, full))
+        if not 1.0 < narrower <= QUIETER * wider:
+            break
+        again = carried_over(wide, begun(full.model.problem, full.seed, None, narrower))
+        if _contradicted(again) > 1.0:
+            break
+        _forward(again, more_functions=False)
+        wide, wider = again, narrower
+    return wide, wider
 
 
 def _contradicted(search: Search) -> float:

@@ -10,6 +10,8 @@ from bench.simulation.frame import FloatArray
 
 WINDOW = 9
 """rows of two seconds through which a parabola is laid"""
+ROUNDING = 1e-12
+"""variance about parabolas, over that of the channel, below which it is rounding of the arithmetic and no noise"""
 
 
 def scattered(problem: ChannelProblem) -> tuple[float, float | None]:
@@ -31,15 +33,16 @@ def scattered(problem: ChannelProblem) -> tuple[float, float | None]:
     return floor, (1.2533 * spread / (2.0 * floor) if floor > 0.0 and squares.size > 2 else None)
 
 
-def of_a_row(problem: ChannelProblem) -> float:
-    """Noise of a row where the channel changes slowly: the middle recording's scatter about parabolas; 0 where all are
-    too short.
+def of_a_row(problem: ChannelProblem) -> float | None:
+    """Noise of a row where the channel changes slowly: the middle recording's scatter about parabolas; None where all
+    are too short, or too coarse to scatter at all.
     """
     rows, usable = problem.rows, problem.usable & (problem.rows.number > 1.5)
     recordings = rows.frame.recording
     squares = [_about_parabolas(rows.y[usable & (recordings == r)]) for r in np.unique(recordings[usable])]
-    told = [square for square in squares if square > 0.0]
-    return float(np.sqrt(np.median(told))) if told else 0.0
+    seen = ROUNDING * float(np.var(rows.y[usable])) if usable.any() else 0.0
+    told = [square for square in squares if square > seen]
+    return float(np.sqrt(np.median(told))) if told else None
 
 
 def _about_parabolas(y: FloatArray) -> float:

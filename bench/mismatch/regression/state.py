@@ -9,8 +9,9 @@ import numpy as np
 
 from bench.mismatch.regression.bank import Bank, Fit
 from bench.mismatch.regression.folds import density
+from bench.mismatch.regression.knots import CLOSE_KNOTS, KNOTS
 from bench.mismatch.regression.model import Block, ChannelModel, Chosen
-from bench.mismatch.regression.regressors import UNKNOWN, Free, Regressor
+from bench.mismatch.regression.regressors import UNKNOWN, Free, Regressor, knots_of_table
 from bench.mismatch.regression.scan import LEAST_ENERGY_LEFT, Scan, scan
 from bench.mismatch.regression.sign_blocks import Units
 from bench.simulation.frame import FloatArray
@@ -57,9 +58,10 @@ class Search:
 
     def out(self, regressor: Regressor) -> bool:
         """Whether a function without a name is one of those that were refuted: of the same quantities, times the same
-        factors.
+        factors. A table that was refuted because it is finer than any that is searched for says nothing of those.
         """
-        return _of(regressor) in [_of(c.main.regressor) for c in self.refuted]
+        refuted = (c.main.regressor for c in self.refuted)
+        return any(_of(regressor) == _of(r) and (_is_finer(regressor) or not _is_finer(r)) for r in refuted)
 
     def without_refuted(self) -> None:
         """Let no function that was refuted be a candidate, nor an alternative."""
@@ -72,6 +74,12 @@ class Search:
         """
         self.bank.close([i for b in self.model.blocks() for i in b.indices])
         self.blocks, self.scans = [], []
+
+
+def _is_finer(regressor: Regressor) -> bool:
+    """Whether a function is a finer table than any that is searched for."""
+    most = CLOSE_KNOTS if regressor.variables == ("speed",) else KNOTS[-1]
+    return len(knots_of_table(regressor)) > most
 
 
 def _of(regressor: Regressor) -> tuple[object, ...]:

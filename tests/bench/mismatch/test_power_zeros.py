@@ -37,7 +37,7 @@ from bench.mismatch.regression.problem import (
     ChannelProblem,
     WanderingZero,
     nominal_base,
-    travel_of_a_stretch,
+    squared_speed_time,
     zero_precisions,
 )
 from bench.mismatch.regression.regressors import Named
@@ -199,22 +199,22 @@ def test_one_zero_stands_for_a_walk_as_long_as_it_bends_by_no_more_than_a_row_is
     parts = np.zeros(len(MEMORIES_S))
     parts[-1] = 0.05**2
     slow = Mixture(0.0, tuple(parts), 500.0)
-    travel = travel_of_a_stretch(slow, row, CAPACITY)
+    most = squared_speed_time(slow, row, CAPACITY)
     omega, density = SPEED * RATIO, 2.0 * 0.05**2 * MEMORIES_S[-1]
-    length = travel / omega**2
+    length = most / omega**2
     assert SHORTEST_STRETCH_S < length < STRETCH_S
     # a Brownian bridge has a quarter of the walk's variance in its middle
     assert density * length / 4.0 * (omega / CAPACITY) ** 2 == pytest.approx(row**2, rel=0.1)
-    stretches = WanderingZero(travel).columns(frame).shape[1] - RECORDINGS_MADE
+    stretches = WanderingZero(most).columns(frame).shape[1] - RECORDINGS_MADE
     assert stretches == RECORDINGS_MADE * int(np.ceil(EACH * STEP / length))
-    precisions = zero_precisions(frame, slow, capacity=CAPACITY, travel=travel)
+    precisions = zero_precisions(frame, slow, capacity=CAPACITY, most=most)
     assert len(precisions) == RECORDINGS_MADE + stretches
     # the mean over a shorter stretch is as much less sure
     whole = zero_precisions(frame, slow, capacity=CAPACITY)[-1]
     assert precisions[-1] == pytest.approx(whole * length / STRETCH_S, rel=0.05)
     # of a slower recording one zero is enough for longer
     slower = replace(frame, velocity=0.1 * frame.velocity)
-    assert WanderingZero(travel).columns(slower).shape[1] == WanderingZero().columns(frame).shape[1]
+    assert WanderingZero(most).columns(slower).shape[1] == WanderingZero().columns(frame).shape[1]
 
 
 def test_zeros_that_no_file_holds_are_doubt_of_a_prediction() -> None:

@@ -7,9 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.mismatch.regression.finer import coarser, finer_tables, knots_of_table
-from bench.mismatch.regression.regressors import Free, named
-from bench.mismatch.regression.search import searched
+from bench.mismatch.regression.finer import coarser, finer_tables
+from bench.mismatch.regression.knots import halved
+from bench.mismatch.regression.model import Chosen, add_block
+from bench.mismatch.regression.regressors import Free, knots_of_table, named
+from bench.mismatch.regression.search import begun, searched
 from bench.simulation.tables import Grid
 from tests.bench.mismatch.regression.synthetic import campaign, problem
 
@@ -51,6 +53,25 @@ def test_a_finer_table_stands_in_place_of_the_same_function_alone() -> None:
     assert not coarser(_table(12), _table(12))
     assert not coarser(_table(6), _table(12, times="1"))
     assert not coarser(_table(6), _table(12, over=("speed",)))
-    assert not coarser(_table(6, effect="friction.run_in"), _table(12))
+    assert coarser(_table(6, effect="friction.run_in"), _table(12))
+    assert not coarser(_table(6, effect="friction.run_in"), _table(12, effect="friction.viscous_temperature"))
     assert not coarser(_table(4, over=("speed", "load")), _table(12))
     assert not coarser(named("friction.stribeck", "motor_torque", "gaussian", (0.5,)), _table(12))
+
+
+def test_finer_knots_are_those_of_the_coarse_table_and_some_between_where_there_are_values() -> None:
+    coarse = (0.0, 1.0, 4.0, 16.0)
+    assert halved(coarse, np.linspace(0.0, 16.0, 400)) == (0.0, 0.5, 1.0, 2.5, 4.0, 10.0, 16.0)
+    assert halved(coarse, np.array([0.0, 0.1, 1.0, 2.4, 4.0, 16.0])) == (0.0, 1.0, 2.5, 4.0, 16.0)
+
+
+@pytest.mark.parametrize(
+    ("refuted", "out"), [(6, [True, True, True]), (12, [True, True, True]), (23, [False, False, True])]
+)
+def test_a_finer_table_that_was_refuted_says_nothing_of_coarser_ones(refuted: int, out: list[bool]) -> None:
+    frame = campaign(24)
+    own = problem(frame, 0.6 * frame.direction + np.random.default_rng(4).normal(scale=SIGMA, size=frame.size))
+    search = begun(own)
+    search.refuted = [Chosen(add_block(own, search.bank, _table(refuted)))]
+    assert [search.out(_table(number)) for number in (6, 12, 41)] == out
+    assert not search.out(_table(41, times="1"))

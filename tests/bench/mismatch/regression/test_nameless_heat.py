@@ -51,11 +51,15 @@ def test_heat_of_a_gain_error_may_be_as_much_as_its_form_is_off() -> None:
     model = replace(search.model, chosen=[gain], fit=search.model.refitted([gain]))
     (term,) = gain_heat(model, 2.0e4)
     assert term.regressor.effect == NUISANCE
-    assert term.precision == ((2.0e4 / criteria.SHAPE) ** 2,)
-    (heat,) = term.regressor.columns(frame).T
+    assert term.precision == (2.0e4**2,) * 2
+    unsure, form = term.regressor.columns(frame).T
     rows = frame.recording == 7
     power = np.sign(y * frame.omega - frame.torque * frame.velocity) * model.contribution(gain, frame) * frame.omega
     rises = 0.5 * (power[rows][1:] + power[rows][:-1]) * frame.step[rows][1:]
-    assert np.allclose(heat[rows], np.concatenate([[0.0], np.cumsum(rises)]))
-    assert np.any(heat[rows])
+    assert np.allclose(form[rows], criteria.SHAPE * np.concatenate([[0.0], np.cumsum(rises)]))
+    assert np.any(form[rows])
+    value, covariance = model.fit.of(gain.main.indices)
+    ratio = float(np.sqrt(covariance[0, 0])) / float(value[0])
+    assert np.allclose(np.abs(unsure * criteria.SHAPE), np.abs(form * ratio))
     assert gain_heat(replace(model, chosen=[]), 2.0e4) == ()
+    assert len(gain_heat(replace(model, chosen=[], base=[*model.base, gain.main]), 2.0e4)) == 1
