@@ -26,8 +26,6 @@ FEWEST_RECORDINGS = 12
 """recordings in all below which none is told from the others"""
 FEWEST_LOUD = 3
 """recordings of a state that scatter more: two agree by chance in one of a hundred orders"""
-LEAST_LOUDER = 2.0
-"""mean square over that of the other recordings from which a state counts as louder, whatever its chance"""
 ABOUT = 41
 """frequencies whose median tells the noise at one"""
 UNITS = {"speed": "rad/s", "torque": "N*m", "load": "N*m", "temperature": "°C", "time": "s of the campaign"}
@@ -90,7 +88,7 @@ def scatter(densities: Sequence[Density], frame: Frame, steady: FloatArray, seed
     others = np.setdiff1d(np.arange(len(usable)), chosen)
     usual = float(np.median(squares[others]))
     ratio = float(np.median(squares[chosen])) / max(usual, 1e-300)
-    if ratio < LEAST_LOUDER:
+    if ratio < criteria.MORE_THAN_NOISE**2:
         return None
     p = float(np.clip(tail_probability(largest, float(found[loudest]), 0.0), criteria.LEAST_P, 1.0))
     strongest = chosen[np.argsort(-squares[chosen])]

@@ -25,7 +25,7 @@ from bench.mismatch.regression.scan import Scan
 from bench.mismatch.regression.state import Search
 from bench.mismatch.regression.strength import added
 from bench.mismatch.unnamed.bursts import Bursts, bursts
-from bench.mismatch.unnamed.scatter import LEAST_LOUDER, UNITS, Scatter, scatter
+from bench.mismatch.unnamed.scatter import UNITS, Scatter, scatter
 from bench.mismatch.unnamed.telegraph import Telegraph, telegraph
 from bench.mismatch.unnamed.tones import Tone, tone
 from bench.simulation.frame import FloatArray, Frame, IntArray
@@ -261,7 +261,7 @@ def _scatter(search: Search, densities: Sequence[Density], seed: int) -> Scatter
         squares = np.bincount(recording, number * (left + rows.within)) / np.maximum(samples, 1.0)
     louder = np.isin(np.arange(count.size), found.recordings)
     others = np.median(squares[~louder & (count > 0)])
-    return found if np.median(squares[louder & (count > 0)]) >= LEAST_LOUDER * others else None
+    return found if np.median(squares[louder & (count > 0)]) >= criteria.MORE_THAN_NOISE**2 * others else None
 
 
 def _of_scatter(found: Scatter, outcome: ChannelOutcome) -> Discovery:

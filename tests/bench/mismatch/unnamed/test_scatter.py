@@ -45,6 +45,13 @@ def test_what_scatters_at_slow_speed_is_found_with_its_limit() -> None:
     assert found.p_value < 2e-3
 
 
+@pytest.mark.parametrize(("factor", "told"), [(1.9, True), (1.35, False)])
+def test_half_as_much_energy_again_is_enough(factor: float, told: bool) -> None:
+    """Which is what is told as more than noise everywhere (1.25 times the floor)."""
+    found = scatter(densities(np.where(SPEED < 0.012, factor, 1.0)), FRAME, STEADY, 1)
+    assert (found is not None) is told
+
+
 def test_one_recording_that_swings_hides_no_state() -> None:
     factor = np.where(np.abs(LOAD) > 400.0, 2.5, 1.0)
     factor[int(np.argmin(np.abs(LOAD)))] = 1e4
