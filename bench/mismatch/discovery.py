@@ -85,6 +85,11 @@ class Discovery:
     squares: tuple[float, float] | None = None
     """mean square per held-out sample without and with it, where rows are too coarse to show it"""
 
+    @property
+    def beyond(self) -> FloatArray:
+        """What counts of it (n,): ``excess``, or all that it adds where that was not worked out."""
+        return self.added if self.excess is None else self.excess
+
 
 @dataclass(frozen=True, slots=True)
 class Structure:

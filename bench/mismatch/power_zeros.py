@@ -25,6 +25,7 @@ from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.bank import RIDGE
 from bench.mismatch.regression.folds import apart
 from bench.mismatch.regression.model import Block, ChannelModel
+from bench.mismatch.regression.nameless_heat import REPORTED_GAIN
 from bench.mismatch.regression.problem import NUISANCE, BaseTerm, ChannelProblem
 from bench.mismatch.regression.regressors import UNKNOWN
 from bench.simulation.frame import FloatArray, Frame
@@ -35,7 +36,7 @@ EFFECT, KEY = HEATING, LESS
 """term of a simulation file that says what is taken off, and its key there"""
 LOAD, MOTOR, RECORDINGS, STORED, GAIN, UNNAMED, LIFTED = TAKEN_OFF
 WHICH = (LOAD, MOTOR, RECORDINGS, STORED)
-REPORTED = {GAIN: "motor.torque_constant", UNNAMED: UNKNOWN, LIFTED: "load.unbalance"}
+REPORTED = {GAIN: REPORTED_GAIN, UNNAMED: UNKNOWN, LIFTED: "load.unbalance"}
 """effects that may be errors of the reported motor torque, or lift a mass: no part of it that is lost. They are asked
 for only where they were found
 """

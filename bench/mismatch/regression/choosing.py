@@ -85,7 +85,7 @@ def best_candidate(
                 # whether it is drag or grows with speed is known when all else is fitted beside each
                 ways = other.setdefault(regressor.variables, {})
                 if len(ways) < MOST_FORMS:
-                    ways.setdefault(tuple(grid.times for grid in regressor.grids), int(k))
+                    ways.setdefault(regressor.times, int(k))
         elif len(free) + len(other) < SHORT_LIST and _may_be_added(regressor, taken, whole, more):
             sudden = ("",) if spell_of(regressor) else ()
             free.setdefault((*regressor.variables, *sudden), int(k))

@@ -51,11 +51,9 @@ def coarser(regressor: Regressor, fine: Regressor) -> bool:
     """Whether a regressor is the same function as a ``fine`` one, a table of fewer knots; a function without a name may
     be that of an effect.
     """
+    if not isinstance(regressor, Free) or not isinstance(fine, Free):
+        return False
     if not 0 < len(knots_of_table(regressor)) < len(knots_of_table(fine)):
         return False
     alike = regressor.effect == fine.effect or UNKNOWN in (regressor.effect, fine.effect)
-    return alike and regressor.variables == fine.variables and _times(regressor) == _times(fine)
-
-
-def _times(regressor: Regressor) -> tuple[str, ...]:
-    return tuple(g.times for g in regressor.grids) if isinstance(regressor, Free) else ()
+    return alike and (regressor.variables, regressor.times) == (fine.variables, fine.times)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,8 +36,7 @@ class NamelessHeat(Untold):
         nameless_torque = self.model.sum_of(self.nameless, frame)
         fixed = fixed_part(MOTOR_TORQUE, frame, self.model.problem.switched_off)
         left = np.where(frame.direction != 0, frame.motor_torque - fixed - self.model.predict(frame), 0.0)
-        sign = np.sign(frame.motor_torque * frame.omega - frame.torque * frame.velocity)
-        return np.column_stack([integral(sign * torque * frame.omega, frame) for torque in (nameless_torque, left)])
+        return _heat_of((nameless_torque, left), frame)
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,12 +56,10 @@ class GainHeat(Untold):
         """Integrals of the powers (n, k + 1): of one standard deviation of the coefficients in each of k independent
         directions, and of as much as the form may be off.
         """
-        sign = np.sign(frame.motor_torque * frame.omega - frame.torque * frame.velocity)
         main = self.gain.main
         values, directions = np.linalg.eigh(self.model.fit.of(main.indices)[1])
         unsure = main.regressor.columns(frame) @ (directions * np.sqrt(np.maximum(values, 0.0)))
-        torques = [*unsure.T, criteria.SHAPE * self.model.contribution(self.gain, frame)]
-        return np.column_stack([integral(sign * torque * frame.omega, frame) for torque in torques])
+        return _heat_of([*unsure.T, criteria.SHAPE * self.model.contribution(self.gain, frame)], frame)
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +76,12 @@ class NamelessLoadHeat(Untold):
     def columns(self, frame: Frame) -> FloatArray:
         """Integral of the power (n, 1)."""
         return integral(self.model.sum_of(self.nameless, frame) * frame.velocity, frame)[:, None]
+
+
+def _heat_of(torques: Sequence[FloatArray], frame: Frame) -> FloatArray:
+    """Integrals (n, k) over each recording of what ``torques`` (n,) of the motor add to the loss."""
+    sign = np.sign(frame.motor_torque * frame.omega - frame.torque * frame.velocity)
+    return np.column_stack([integral(sign * torque * frame.omega, frame) for torque in torques])
 
 
 def nameless_load_heat(model: ChannelModel, capacity: float) -> tuple[BaseTerm, ...]:

@@ -28,7 +28,7 @@ def named_by_course(model: ChannelModel, others: Sequence[Chosen], chosen: Chose
     tables = (Grid, Spell, Levels)
     if not isinstance(free, Free) or free.mixing or any(type(g) not in tables or len(g.over) != 1 for g in free.grids):
         return chosen
-    effect = by_definition(free.channel, free.variables[0], tuple(g.times for g in free.grids))
+    effect = by_definition(free.channel, free.variables[0], free.times)
     if effect == UNKNOWN or not LIBRARY[effect].one_way:
         return chosen
     members = [*(c for c in others if c.effect == effect), chosen]

@@ -78,7 +78,7 @@ def replaced(chosen: Sequence[Chosen], product: Regressor) -> list[Chosen]:
     """
     if not isinstance(product, Free) or not product.mixing:
         return [c for c in chosen if coarser(c.main.regressor, product)]
-    kinds, times = {_KIND.get(name) for name in product.variables}, {g.times for g in product.grids}
+    kinds, times = {_KIND.get(name) for name in product.variables}, set(product.times)
     return [c for c in chosen if (common := _kinds(c.main.regressor)) and set(common) <= kinds and _times(c) == times]
 
 
@@ -90,7 +90,7 @@ def without_parts(chosen: Sequence[Chosen], new: Regressor) -> list[Chosen]:
 
 def _times(chosen: Chosen) -> set[str]:
     free = chosen.main.regressor
-    return {g.times for g in free.grids} if isinstance(free, Free) else set()
+    return set(free.times) if isinstance(free, Free) else set()
 
 
 def _kinds(regressor: Regressor) -> tuple[str, ...]:

@@ -177,6 +177,11 @@ class Free:
         names += [FACTOR_OF[part] for g in self.grids if not g.over for part in g.times.split("*") if part in FACTOR_OF]
         return tuple(dict.fromkeys(names))
 
+    @property
+    def times(self) -> tuple[str, ...]:
+        """Factor of each of its tables."""
+        return tuple(g.times for g in self.grids)
+
     def _mark(self, number: int) -> str:
         """What tells the symbols of one of several grids from the others'."""
         return "" if len(self.grids) == 1 else f"_{number + 1}"

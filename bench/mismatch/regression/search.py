@@ -162,22 +162,21 @@ def _sought(search: Search) -> Search:
         return search
     wide = begun(search.model.problem, search.seed, None, wider)
     _forward(wide)
-    nothing = not wide.model.chosen
-    if nothing:
-        _forward(search)
-    else:
+    if wide.model.chosen:
         wide, wider = _less_wide(wide, wider, search)
         search = carried_over(wide, search)
-    if not search.model.chosen or _contradicted(search) > 1.0:
-        wide.model.notes.append(
-            "what is left inside the recordings contradicts their means: the noise of their rows is taken to be"
-            f" {wider:.2g} times as large"
-        )
-        return wide
-    if not nothing:
-        search.scans = []
+    else:
         _forward(search)
-    return search
+    if search.model.chosen and _contradicted(search) <= 1.0:
+        if wide.model.chosen:
+            search.scans = []
+            _forward(search)
+        return search
+    wide.model.notes.append(
+        "what is left inside the recordings contradicts their means: the noise of their rows is taken to be"
+        f" {wider:.2g} times as large"
+    )
+    return wide
 
 
 def _less_wide(wide: Search, wider: float, full: Search) -> tuple[Search, float]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from bench.mismatch.regression.noise import middle_variance, of_samples
 from bench.mismatch.regression.problem import ChannelProblem
-from bench.simulation.frame import FloatArray
+from bench.simulation.frame import FloatArray, IntArray
 
 WINDOW = 9
 """rows of two seconds through which a parabola is laid"""
@@ -21,13 +21,9 @@ def scattered(problem: ChannelProblem) -> tuple[float, float | None]:
     bends more within a quarter of a minute. Medians over the recordings.
     """
     rows = problem.rows
-    usable = problem.usable & (rows.number > 1.5)
-    recordings = rows.frame.recording
-    level = []
-    for r in np.unique(recordings[usable]):
-        chosen = usable & (recordings == r)
-        level.append(of_samples(rows.within[chosen], rows.number[chosen]) + _about_parabolas(rows.y[chosen]))
-    squares = np.asarray(level)
+    squares = np.asarray(
+        [of_samples(rows.within[c], rows.number[c]) + _about_parabolas(rows.y[c]) for c in _rows_of_recordings(problem)]
+    )
     spread = float(1.4826 * np.median(np.abs(squares - np.median(squares))) / np.sqrt(max(squares.size, 1)))
     floor = float(np.sqrt(np.median(squares)))
     return floor, (1.2533 * spread / (2.0 * floor) if floor > 0.0 and squares.size > 2 else None)
@@ -37,12 +33,17 @@ def of_a_row(problem: ChannelProblem) -> float | None:
     """Noise of a row where the channel changes slowly: the middle recording's scatter about parabolas; None where all
     are too short, or too coarse to scatter at all.
     """
-    rows, usable = problem.rows, problem.usable & (problem.rows.number > 1.5)
-    recordings = rows.frame.recording
-    squares = [_about_parabolas(rows.y[usable & (recordings == r)]) for r in np.unique(recordings[usable])]
-    seen = ROUNDING * float(np.var(rows.y[usable])) if usable.any() else 0.0
-    told = [square for square in squares if square > seen]
+    parts = [problem.rows.y[chosen] for chosen in _rows_of_recordings(problem)]
+    rounding = ROUNDING * float(np.var(np.concatenate(parts))) if parts else 0.0
+    told = [square for part in parts if (square := _about_parabolas(part)) > rounding]
     return float(np.sqrt(np.median(told))) if told else None
+
+
+def _rows_of_recordings(problem: ChannelProblem) -> list[IntArray]:
+    """Rows of each recording that are compared and hold more than a sample."""
+    usable = np.flatnonzero(problem.usable & (problem.rows.number > 1.5))
+    recordings = problem.rows.frame.recording[usable]
+    return [usable[recordings == r] for r in np.unique(recordings)]
 
 
 def _about_parabolas(y: FloatArray) -> float:

@@ -119,8 +119,7 @@ def _of_recordings(values: FloatArray, outcome: ChannelOutcome, chosen: NDArray[
 def energy(discovery: Discovery, outcome: ChannelOutcome) -> FloatArray:
     """Energy (n,) of what a discovery adds beyond the recalibrated simulation; 0 where a row is not compared."""
     usable = outcome.usable & (outcome.rows.number > 0)
-    beyond = discovery.added if discovery.excess is None else discovery.excess
-    return np.asarray(np.where(usable, beyond**2 * outcome.rows.number, 0.0))
+    return np.asarray(np.where(usable, discovery.beyond**2 * outcome.rows.number, 0.0))
 
 
 def strength(discovery: Discovery, outcome: ChannelOutcome) -> float:

@@ -99,8 +99,7 @@ def _energy(discovery: Discovery, outcome: ChannelOutcome) -> FloatArray:
     if not lasting.any():
         return plain_energy
     missing = np.where(frame.direction != 0, frame.step * np.median(rows.number[lasting] / frame.step[lasting]), 0.0)
-    beyond = discovery.added if discovery.excess is None else discovery.excess
-    return np.asarray(np.where(outcome.usable & (rows.number > 0), plain_energy, beyond**2 * missing))
+    return np.asarray(np.where(outcome.usable & (rows.number > 0), plain_energy, discovery.beyond**2 * missing))
 
 
 def _ranges(

@@ -120,8 +120,9 @@ def _whole(discovery: Discovery, outcome: ChannelOutcome) -> Discovery:
     """
     if discovery.effect != UNNAMED or not np.any(discovery.added):
         return discovery
-    excess = discovery.added if discovery.excess is None else discovery.excess
-    return replace(discovery, excess=np.hypot(excess, averaged(np.where(outcome.usable, outcome.left, 0.0), outcome)))
+    return replace(
+        discovery, excess=np.hypot(discovery.beyond, averaged(np.where(outcome.usable, outcome.left, 0.0), outcome))
+    )
 
 
 def _orders(outcome: ChannelOutcome, left: FloatArray) -> tuple[float, ...]:
@@ -183,9 +184,8 @@ def _above_it(discovery: Discovery, outcome: ChannelOutcome) -> bool:
     friction everywhere else.
     """
     number = np.where(outcome.usable, outcome.rows.number, 0.0)
-    beyond = discovery.added if discovery.excess is None else discovery.excess
-    acts = active(beyond, number)
-    explained, left = (float(number[acts] @ values[acts] ** 2) for values in (beyond, outcome.left))
+    acts = active(discovery.beyond, number)
+    explained, left = (float(number[acts] @ values[acts] ** 2) for values in (discovery.beyond, outcome.left))
     return explained > criteria.OVER_THE_REST**2 * left
 
 

@@ -163,18 +163,18 @@ def _missed_by_names(outcome: ChannelOutcome, loud: Frame) -> float:
     absent = PERIODIC if outcome.channel == TRANSMISSION_ERROR else ()
     named = [d for d in outcome.discoveries if d.status != UNKNOWN and d.effect not in absent]
     shares = [1.0 if PATH in d.variables else criteria.SHAPE for d in named]
-    beyond = [share * (d.added if d.excess is None else d.excess) for share, d in zip(shares, named, strict=True)]
-    return float(np.sqrt(sum(np.mean(values[at] ** 2) for values in beyond)))
+    missed = [share * d.beyond[at] for share, d in zip(shares, named, strict=True)]
+    return float(np.sqrt(sum(np.mean(values**2) for values in missed)))
 
 
 def _nearest(frame: Frame, rows: Frame) -> IntArray:
     """Row of a ``frame`` of the same recordings that is nearest in time to each of some ``rows`` (n,)."""
-    apart = float(max(frame.elapsed.max(initial=0.0), rows.elapsed.max(initial=0.0))) + 1.0
-    key = frame.recording * apart * 2.0 + frame.elapsed
-    wanted = rows.recording * apart * 2.0 + rows.elapsed
-    after = np.clip(np.searchsorted(key, wanted), 1, max(key.size - 1, 1))
-    nearer = np.abs(key[after - 1] - wanted) <= np.abs(key[np.minimum(after, key.size - 1)] - wanted)
-    return np.asarray(np.where(nearer, after - 1, np.minimum(after, key.size - 1)), dtype=np.int64)
+    # further apart than two rows of one recording, so that the next recording is never nearer
+    apart = 2.0 * (1.0 + float(max(frame.elapsed.max(initial=0.0), rows.elapsed.max(initial=0.0))))
+    times, wanted = (apart * of.recording + of.elapsed for of in (frame, rows))
+    after = np.minimum(np.searchsorted(times, wanted), times.size - 1)
+    before = np.maximum(after - 1, 0)
+    return np.asarray(np.where(wanted - times[before] <= times[after] - wanted, before, after), dtype=np.int64)
 
 
 def _matters(found: Tone, outcome: ChannelOutcome) -> bool:

@@ -110,7 +110,7 @@ def counted(
     compared = frame_of(np.arange(0.0, 40_000.0, compared_s))
     # it acts where the rows are loud alone
     added = np.where(compared.elapsed <= rows, named * SIGMA, 0.0)
-    name = SimpleNamespace(status="named", effect=effect, added=added, excess=None, variables=variables)
+    name = SimpleNamespace(status="named", effect=effect, beyond=added, variables=variables)
     channel = "transmission_error" if effect.startswith("te.") else "motor_torque"
     outcome: Any = SimpleNamespace(
         floor=SIGMA, discoveries=[name], channel=channel, rows=SimpleNamespace(frame=compared)
