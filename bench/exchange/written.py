@@ -17,7 +17,16 @@ from bench.exchange.formula import Written, columns_of, lift, make, total
 from bench.exchange.sample import INPUTS, STANDSTILL, formula_frame, loss
 from bench.mismatch.given import REACTION, SENSOR, Given, Known
 from bench.mismatch.orders.shaken import INERTIA
-from bench.mismatch.power_zeros import CONSTANT, LOAD, MOTOR, RECORDINGS, REPORTED, STORED, reported_by
+from bench.mismatch.power_zeros import (
+    CONSTANT,
+    LOAD,
+    LOADS_RECORDINGS,
+    MOTOR,
+    RECORDINGS,
+    REPORTED,
+    STORED,
+    reported_by,
+)
 from bench.mismatch.prediction import Predictor
 from bench.mismatch.regression.problem import CHANNELS, nominal_base
 from bench.mismatch.regression.regressors import Free, Named
@@ -32,6 +41,8 @@ from bench.simulation.terms import CHANNEL_UNITS, LIBRARY, LOAD_TORQUE, MOTOR_TO
 OUTPUT = "simulated_"
 """begins the name of a predicted channel, which may be an input as well"""
 START = "temperature_start"
+SINGLE = (RECORDINGS, LOADS_RECORDINGS)
+"""what is taken off the loss that belongs to single recordings: a new one has others"""
 STATES = ("relaxing", "play", "lag", "integral", "campaign_lag", "held", "distance", "begun", "reversals")
 
 
@@ -102,7 +113,7 @@ def formulas_of(simulation: Simulation, standstill: float = 1e-3) -> Formulas:
                 f"{'it' if len(missing) == 1 else 'them'}, and the simulation has no numbers for "
                 f"{'it' if len(missing) == 1 else 'them'}"
             )
-    if RECORDINGS in writer.predictor.takes_zeros and OUTPUT + TEMPERATURE in outputs:
+    if set(SINGLE) & set(writer.predictor.takes_zeros) and OUTPUT + TEMPERATURE in outputs:
         notes.append(
             f"{TEMPERATURE} is without the zeros of single recordings that the analysis took off the loss: they belong "
             "to those recordings, and a new one has others"
@@ -262,7 +273,7 @@ class _Writer:
 
     def _less(self, frame: Frame) -> Frame:
         """The frame with the loss less what the simulation takes off it, but for the zeros of single recordings."""
-        which = [name for name in self.predictor.takes_zeros if name != RECORDINGS]
+        which = [name for name in self.predictor.takes_zeros if name not in SINGLE]
         known = self.given.known.get(MOTOR_TORQUE, ())
         motor = [k for name in which if name in REPORTED for k in reported_by(known, name)]
         # the power that speeds the motor up is that of the torque of its inertia

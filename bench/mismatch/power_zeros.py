@@ -34,8 +34,8 @@ from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE
 
 EFFECT, KEY = HEATING, LESS
 """term of a simulation file that says what is taken off, and its key there"""
-LOAD, MOTOR, RECORDINGS, STORED, GAIN, UNNAMED, LIFTED = TAKEN_OFF
-WHICH = (LOAD, MOTOR, RECORDINGS, STORED)
+LOAD, MOTOR, RECORDINGS, LOADS_RECORDINGS, STORED, GAIN, UNNAMED, LIFTED = TAKEN_OFF
+WHICH = (LOAD, MOTOR, RECORDINGS, LOADS_RECORDINGS, STORED)
 REPORTED = {GAIN: REPORTED_GAIN, UNNAMED: UNKNOWN, LIFTED: "load.unbalance"}
 """effects that may be errors of the reported motor torque, or lift a mass: no part of it that is lost. They are asked
 for only where they were found
@@ -60,7 +60,7 @@ class Zeros:
     def of(self, channel: str, constant: str, frame: Frame) -> FloatArray:
         """Zero of a channel at the rows of a frame (n,), N·m."""
         out = np.full(frame.size, self.constant.get(channel, 0.0) if constant in self.which else 0.0)
-        if RECORDINGS in self.which:
+        if RECORDINGS in self.which or (channel == LOAD_TORQUE and LOADS_RECORDINGS in self.which):
             for recording, value in self.levels.get(channel, {}).items():
                 out[frame.recording == recording] += value
         if channel == MOTOR_TORQUE:
@@ -89,10 +89,15 @@ def chosen(models: Mapping[str, ChannelModel], problem: ChannelProblem, found: S
     """
     constant = {c: _constant(m, CONSTANT[c]) for c, m in models.items()}
     inertia = _constant(models[MOTOR_TORQUE], INERTIA) if MOTOR_TORQUE in models else 0.0
-    levels = {c: left_of(m.problem.rows, m.predict(m.problem.rows.frame), m.problem.usable) for c, m in models.items()}
+    levels: dict[str, dict[int, float]] = {}
+    for channel in sorted(models, key=(LOAD_TORQUE, MOTOR_TORQUE).index):
+        rows_of, model = models[channel].problem.rows, models[channel]
+        predicted = model.predict(as_loaded(rows_of.frame, levels))
+        levels[channel] = left_of(rows_of, predicted, model.problem.usable)
     reported = _reported(models[MOTOR_TORQUE]) if MOTOR_TORQUE in models else {}
     names = (*(name for name in WHICH if name != STORED or inertia > 0.0), *reported)
     sets = [s for n in range(len(names) + 1) for s in itertools.combinations(names, n)]
+    sets = [s for s in sets if not {RECORDINGS, LOADS_RECORDINGS} <= set(s)]  # the first holds the second
     tried = [Zeros(which, constant, levels, reported, inertia) for which in sets]
     beside = [BaseTerm(block.regressor, tuple(block.precision)) for block in found]
     whole, rows = replace(problem, base=(*problem.base, *beside)), problem.rows
@@ -104,12 +109,27 @@ def _likeliest(sets: Sequence[Sequence[str]], energies: Sequence[FloatArray]) ->
     """Which of some sets of zeros is taken, by the squares that each leaves of the recordings (recordings,).
 
     Of those that leave no more than the best beyond the standard error of the difference, one with the zero of the load
-    torque, which is the sensor's (bench-physics, "Nominal simulation" 4), and of these the one with the fewest others.
+    torque, which is the sensor's (bench-physics, "Nominal simulation" 4); of these one with the fewest errors of the
+    report; of these the one that leaves least: the zeros are measured already, and none is fitted here.
     """
     best = energies[int(np.argmin([energy.sum() for energy in energies]))]
     more = [apart(energy, best) for energy in energies]
     near = [k for k, (beyond, error) in enumerate(more) if beyond <= criteria.ONE_ERROR * error]
-    return min(near, key=lambda k: (LOAD not in sets[k], len(sets[k]), float(energies[k].sum())))
+    return min(near, key=lambda k: (LOAD not in sets[k], len(set(sets[k]) & set(REPORTED)), float(energies[k].sum())))
+
+
+def as_loaded(frame: Frame, levels: Mapping[str, Mapping[int, float]]) -> Frame:
+    """The frame with the load torque less each recording's own zero of its sensor, where ``levels`` has it: a motor
+    torque that is predicted from what the sensor reads holds that zero over the ratio, and what is left of its mean
+    would take it off the loss a second time.
+    """
+    zeros = levels.get(LOAD_TORQUE)
+    if not zeros:
+        return frame
+    off = np.zeros(max(int(frame.recording.max(initial=0)), *zeros) + 1)
+    off[list(zeros)] = list(zeros.values())
+    zero = off[frame.recording]
+    return replace(frame, torque=frame.torque - zero, torque_level=frame.torque_level - zero)
 
 
 def left_of(rows: Rows, predicted: FloatArray, usable: np.ndarray) -> dict[int, float]:

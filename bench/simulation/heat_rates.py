@@ -18,6 +18,8 @@ LOAD_ZERO, MOTOR_ZERO = "load zero", "motor zero"
 """the constants z_0 and tau_0 as zeros of their sensors"""
 OF_RECORDINGS = "zeros of recordings"
 """what the torque models leave of each recording's mean"""
+OF_RECORDINGS_LOAD = "load zeros of recordings"
+"""the same of the load torque alone"""
 MOTOR_GAIN = "gain of the motor torque"
 """what ``motor.torque_constant`` says of the reported motor torque"""
 MOTOR_UNNAMED = "unknown in the motor torque"
@@ -26,7 +28,7 @@ KINETIC = "kinetic energy"
 """what ``motor.inertia`` stores while the motor speeds up, and gives back"""
 LIFTED = "unbalance"
 """what ``load.unbalance`` stores while its mass is lifted, and gives back"""
-TAKEN_OFF = (LOAD_ZERO, MOTOR_ZERO, OF_RECORDINGS, KINETIC, MOTOR_GAIN, MOTOR_UNNAMED, LIFTED)
+TAKEN_OFF = (LOAD_ZERO, MOTOR_ZERO, OF_RECORDINGS, OF_RECORDINGS_LOAD, KINETIC, MOTOR_GAIN, MOTOR_UNNAMED, LIFTED)
 """all that may be taken off the loss"""
 HEATING, CONVECTION = "thermal.loss_heating", "thermal.convection"
 

@@ -213,6 +213,11 @@ def _together(excesses: Sequence[FloatArray | None]) -> FloatArray | None:
     return np.asarray(np.sum(known, axis=0)) if known and len(known) == len(excesses) else None
 
 
+def _excess(group: Sequence[Discovery]) -> FloatArray | None:
+    """What counts of several discoveries together; None where it is what they add."""
+    return None if all(d.excess is None for d in group) else np.asarray(np.sum([d.beyond for d in group], axis=0))
+
+
 def _merged(discoveries: Iterable[Discovery]) -> list[Discovery]:
     """Discoveries of a channel, those of one effect as one: what they add is the sum, equations and parameters of all
     stand together, the strongest gives the rest.
@@ -237,7 +242,7 @@ def _merged(discoveries: Iterable[Discovery]) -> list[Discovery]:
                 equation=equation,
                 parameters=parameters,
                 added=np.sum([d.added for d in group], axis=0),
-                excess=_together([d.excess for d in group]),
+                excess=_excess(group),
                 everywhere=_together([d.everywhere for d in group]),
                 simulation_rows=tuple(r for d in group for r in d.simulation_rows),
                 orders=tuple(dict.fromkeys(f for d in group for f in d.orders)),

@@ -40,9 +40,9 @@ def unexplained(outcome: ChannelOutcome) -> None:
     control loops in some recordings more than in others: of them this says nothing.
     """
     p = None if outcome.structure is None else outcome.structure.p_value
-    if _rare(p):
-        outcome.discoveries = [_whole(d, outcome) for d in outcome.discoveries]
     after, every = outcome.settled, outcome.rmse.get("after")
+    if _rare(p) or _much(outcome, every):
+        outcome.discoveries = [_whole(d, outcome) for d in outcome.discoveries]
     if any(d.effect == UNNAMED for d in outcome.discoveries):
         _with_the_small(outcome, every)
         return
@@ -120,9 +120,9 @@ def _whole(discovery: Discovery, outcome: ChannelOutcome) -> Discovery:
     """
     if discovery.effect != UNNAMED or not np.any(discovery.added):
         return discovery
-    return replace(
-        discovery, excess=np.hypot(discovery.beyond, averaged(np.where(outcome.usable, outcome.left, 0.0), outcome))
-    )
+    left = averaged(np.where(outcome.usable, outcome.left, 0.0), outcome)
+    everywhere = None if discovery.everywhere is None else np.hypot(discovery.everywhere, left)
+    return replace(discovery, excess=np.hypot(discovery.beyond, left), everywhere=everywhere)
 
 
 def _orders(outcome: ChannelOutcome, left: FloatArray) -> tuple[float, ...]:
@@ -133,14 +133,21 @@ def _orders(outcome: ChannelOutcome, left: FloatArray) -> tuple[float, ...]:
     return windows.orders_of_each(frame.theta, left, number, frame.recording)
 
 
-def _with_the_small(outcome: ChannelOutcome, after: float | None) -> None:
-    """Where something without a name was found and more than noise is left all the same, put the names that are smaller
-    than that with it. ``after``: what is left of the recordings held out.
+def _much(outcome: ChannelOutcome, after: float | None) -> bool:
+    """Whether more than noise is left, ``after`` of the recordings held out, by its amount alone.
 
     Of an integral the floor says too little: slow noise adds up in it.
     """
-    most = criteria.MORE_THAN_NOISE * outcome.floor
-    if after is None or after <= most or outcome.floor_std is None or CHANNELS[outcome.channel].integral:
+    if after is None or outcome.floor_std is None or CHANNELS[outcome.channel].integral:
+        return False
+    return after > criteria.MORE_THAN_NOISE * outcome.floor
+
+
+def _with_the_small(outcome: ChannelOutcome, after: float | None) -> None:
+    """Where something without a name was found and more than noise is left all the same, put the names that are smaller
+    than that with it. ``after``: what is left of the recordings held out.
+    """
+    if after is None or not _much(outcome, after):
         return
     part = _taken_out(outcome, float(np.sqrt(after**2 - outcome.floor**2)))
     number = next(k for k, d in enumerate(outcome.discoveries) if d.effect == UNNAMED)

@@ -321,7 +321,7 @@ def _of_bursts(loud: Bursts, outcome: ChannelOutcome, search: Search) -> Discove
     time = rows.frame.time[loud.rows]
     unit = CHANNEL_UNITS[outcome.channel]
     size = float(np.sqrt(np.mean(left[loud.rows] ** 2)))
-    added = in_bursts if in_bursts.size == outcome.rows.size else np.zeros(outcome.rows.size)
+    fits = in_bursts.size == outcome.rows.size
     return Discovery(
         UNNAMED,
         UNKNOWN,
@@ -331,10 +331,12 @@ def _of_bursts(loud: Bursts, outcome: ChannelOutcome, search: Search) -> Discove
         f"{outcome.channel} += what nothing recorded predicts, in some blocks of time, rms: its root mean square",
         ("time",),
         ({"symbol": "rms", "value": size, "unit": unit, "std": size / np.sqrt(2.0 * loud.rows.size)},),
-        added,
+        in_bursts if fits else np.zeros(outcome.rows.size),
         0.0,
         loud.p_value,
         (),
+        # the blocks were found in rows of another length: of each row that is compared the nearest of them in time
+        excess=None if fits else in_bursts[_nearest(rows.frame, outcome.rows.frame)],
         time_window=(float(time.min()), float(time.max())),
         squares=_unchanged(outcome),
     )

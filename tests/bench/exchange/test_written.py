@@ -15,7 +15,7 @@ from bench.mismatch.given import Given
 from bench.mismatch.power_zeros import REPORTED, Zeros, reported_by
 from bench.mismatch.prediction import Predictor
 from bench.mismatch.series_given import swinging
-from bench.simulation.heat_rates import OF_RECORDINGS, TAKEN_OFF
+from bench.simulation.heat_rates import OF_RECORDINGS, OF_RECORDINGS_LOAD, TAKEN_OFF
 from bench.simulation.model import Simulation
 from bench.simulation.terms import LIBRARY, TEMPERATURE, TRANSMISSION_ERROR
 from tests.bench.exchange.samples import RATIO, STANDSTILL, inputs, name_of, ours, row_of, with_rows
@@ -155,6 +155,7 @@ def test_a_resonance_is_written_as_its_steady_response_and_says_so() -> None:
     assert not any("swings" in note for note in formulas_of(with_rows(*MADE["series"])).notes)
 
 
+SINGLE = (OF_RECORDINGS, OF_RECORDINGS_LOAD)
 LOSS: tuple[dict[str, Any], ...] = (
     {"effect": "motor.torque_offset", "parameters": {"tau_0": {"value": 0.2, "unit": "N*m"}}},
     {"effect": "load.torque_offset", "parameters": {"z_0": {"value": 30.0, "unit": "N*m"}}},
@@ -184,7 +185,7 @@ def test_what_is_taken_off_the_loss_is_taken_off_in_a_formula(which: list[str]) 
     simulation = with_rows(heating, *LOSS)
     predictor = Predictor(Given.of(simulation))
     frame = Zeros(
-        tuple(name for name in which if name != OF_RECORDINGS),
+        tuple(name for name in which if name not in SINGLE),
         {"motor_torque": 0.2, "load_torque": 30.0},
         {},
         {name: reported_by(predictor.given.known["motor_torque"], name) for name in REPORTED},
@@ -193,8 +194,8 @@ def test_what_is_taken_off_the_loss_is_taken_off_in_a_formula(which: list[str]) 
     rise = predictor.channel(TEMPERATURE, frame, np.zeros(1))
     formulas = formulas_of(simulation, STANDSTILL)
     np.testing.assert_allclose(run(simulation, name_of(TEMPERATURE)), rise - rise[0] + 25.0, rtol=1e-9)
-    assert any("zeros of single recordings" in note for note in formulas.notes) is (OF_RECORDINGS in which)
-    if which and which != [OF_RECORDINGS]:
+    assert any("zeros of single recordings" in note for note in formulas.notes) is bool(set(SINGLE) & set(which))
+    if set(which) - set(SINGLE):
         plain = predictor.channel(TEMPERATURE, FRAME, np.zeros(1))
         assert np.abs(plain - plain[0] - rise + rise[0]).max() > 1e-6
 

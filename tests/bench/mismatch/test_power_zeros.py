@@ -16,6 +16,7 @@ from bench.mismatch.power_zeros import (
     GAIN,
     LIFTED,
     LOAD,
+    LOADS_RECORDINGS,
     RECORDINGS,
     REPORTED,
     UNNAMED,
@@ -58,9 +59,9 @@ LOSS = np.random.default_rng(5).uniform(60.0, 180.0, RECORDINGS_MADE)
 """W of each recording"""
 
 
-def heated(zero: float, seed: int = 0, swing: float = 0.0) -> Rows:
-    """Heating runs both ways whose true loss is :data:`LOSS`; the sensor reads ``zero`` N·m beside the load; the
-    surroundings go up and down by ``swing`` K every :data:`PERIOD_H`.
+def heated(zero: float | FloatArray, seed: int = 0, swing: float = 0.0) -> Rows:
+    """Heating runs both ways whose true loss is :data:`LOSS`; the sensor reads ``zero`` N·m beside the load, or in each
+    recording another (recordings,); the surroundings go up and down by ``swing`` K every :data:`PERIOD_H`.
     """
     rng = np.random.default_rng(seed)
     parts, y, level = [], [], 25.0
@@ -68,7 +69,7 @@ def heated(zero: float, seed: int = 0, swing: float = 0.0) -> Rows:
         side = 1.0 if number % 2 == 0 else -1.0
         elapsed = STEP * np.arange(EACH)
         motor = np.full(EACH, side * LOSS[number] / (SPEED * RATIO))
-        torque = np.full(EACH, zero)
+        torque = np.full(EACH, np.broadcast_to(zero, RECORDINGS_MADE)[number])
         values: dict[str, FloatArray] = {name: np.zeros(EACH) for name in ARRAYS}
         temperature = np.empty(EACH)
         for k in range(EACH):
@@ -158,6 +159,41 @@ def test_the_zero_of_the_sensor_is_taken_off_unless_the_recordings_say_no(
     sets = [(), (LOAD,), (LOAD, RECORDINGS)]
     left = [np.array(plain), np.array([3.0, 1.0, 3.0, 1.0]), np.array([2.9, 1.1, 3.0, 1.0])]
     assert sets[_likeliest(sets, left)] == taken
+
+
+def test_a_zero_of_a_recording_is_taken_off_once() -> None:
+    """The motor torque is predicted from what the sensor of the load reads: the mean that is left of it holds the
+    sensor's zero as well as the drive's own.
+    """
+    rng = np.random.default_rng(8)
+    zeros, drive = rng.normal(0.0, 6.0, RECORDINGS_MADE), rng.normal(0.0, 0.05, RECORDINGS_MADE)
+    rows = heated(zeros)
+    real, frame = rows.frame.motor_torque, rows.frame
+    says = real + drive[frame.recording]
+    power = np.abs(says * frame.omega - frame.torque * frame.velocity)
+    rows = replace(rows, frame=replace(frame, motor_torque=says, power=power))
+    load = torque_model(replace(rows, y=frame.torque), "load.torque_offset", 0.0)
+    load.predict = lambda frame: np.zeros(frame.size)
+    motor = torque_model(replace(rows, y=says), "motor.torque_offset", 0.0)
+    motor.predict = lambda frame: real + frame.torque / RATIO
+    found = chosen(cast("Any", {MOTOR_TORQUE: motor, LOAD_TORQUE: load}), problem(rows))
+    assert RECORDINGS in found.which
+    assert np.allclose(found.less(rows.frame).power, LOSS[frame.recording], atol=1e-6)
+    assert np.allclose(list(found.levels[LOAD_TORQUE].values()), zeros)
+
+
+def test_the_zeros_of_the_load_may_be_taken_off_alone() -> None:
+    """What is left of the motor torque's means may be friction, and then it heats."""
+    zeros = np.random.default_rng(8).normal(0.0, 6.0, RECORDINGS_MADE)
+    rows = heated(zeros)
+    load = torque_model(replace(rows, y=rows.frame.torque), "load.torque_offset", 0.0)
+    load.predict = lambda frame: np.zeros(frame.size)
+    motor = torque_model(replace(rows, y=rows.frame.motor_torque), "motor.torque_offset", 0.0)
+    unknown = np.random.default_rng(9).normal(0.0, 0.1, RECORDINGS_MADE)
+    motor.predict = lambda frame: motor.problem.rows.y - unknown[frame.recording]
+    found = chosen(cast("Any", {MOTOR_TORQUE: motor, LOAD_TORQUE: load}), problem(rows))
+    assert LOADS_RECORDINGS in found.which
+    assert np.allclose(found.less(rows.frame).power, LOSS[rows.frame.recording], atol=1e-6)
 
 
 def test_each_recording_has_its_own() -> None:

@@ -36,3 +36,13 @@ def test_a_function_of_something_recorded_is_no_tone() -> None:
     function = made.discovery("motor_torque", "unknown", np.full(FRAME.size, 0.02), ("time",))
     other = made.outcome(FRAME, "motor_torque", [function], 0.02)
     assert len(conclude([tone, other], made.dataset(FRAME, "motor_torque", other.rows))) == 2
+
+
+def test_a_tone_beside_something_else_without_a_name_keeps_its_recordings() -> None:
+    """A tone adds nothing that can be predicted; what counts of it is not lost where another finding joins it."""
+    nothing, loud = np.zeros(FRAME.size), np.where(FRAME.recording == 1, 0.02, 0.0)
+    tone = replace(made.discovery("motor_torque", "unknown", nothing, ("time",)), excess=loud)
+    bursts = made.discovery("motor_torque", "unknown", nothing, ("time",))
+    own = made.outcome(FRAME, "motor_torque", [tone, bursts], 0.02)
+    (found,) = conclude([own], made.dataset(FRAME, "motor_torque", own.rows))
+    assert len(found.location.recordings) == 1

@@ -12,7 +12,7 @@ import pytest
 from bench.mismatch import criteria
 from bench.mismatch.regression.bank import fit
 from bench.mismatch.unnamed.bursts import Bursts, _chance, bursts
-from bench.mismatch.unnamed.structure import _counts
+from bench.mismatch.unnamed.structure import _counts, _of_bursts
 from bench.simulation.frame import FloatArray, Frame
 from tests.bench.mismatch.regression.synthetic import banked, campaign, problem
 
@@ -143,6 +143,30 @@ def test_names_of_the_transmission_error_are_asked_at_the_same_times(
 ) -> None:
     """It is compared over the angle, at other rows than its offset; the waves of the angle are not in the offset."""
     assert counted(2.3, 70, 3.0 if effect != "te.harmonic" else 30.0, variables, effect, compared_s) is counts
+
+
+@pytest.mark.parametrize("compared_s", [0.1, 1.0, 7.0])
+def test_loud_rows_lie_where_they_were_heard(compared_s: float) -> None:
+    """The channel may be compared at other rows than those in which they were."""
+    y = np.zeros(4000)
+    y[1000:1200] = 3.0 * SIGMA
+    frame = frame_of(np.arange(4000.0))
+    frame.time = frame.elapsed
+    rows_of = SimpleNamespace(y=y, frame=frame, number=np.ones(y.size), size=y.size)
+    problem_of = SimpleNamespace(rows=rows_of, train=y >= 0.0, spec=SimpleNamespace(integral=False))
+    search: Any = SimpleNamespace(
+        model=SimpleNamespace(problem=problem_of, blocks=list, predict=lambda _: np.zeros(y.size))
+    )
+    compared = frame_of(np.arange(0.0, 4000.0, compared_s))
+    rows_compared = SimpleNamespace(frame=compared, size=compared.elapsed.size)
+    outcome: Any = SimpleNamespace(
+        floor=SIGMA, discoveries=[], channel="transmission_error", rows=rows_compared, rmse={}
+    )
+    found = _of_bursts(Bursts(np.arange(1000, 1200), 1e-4, 3.0), outcome, search)
+    assert found is not None
+    heard = compared.elapsed[found.beyond != 0.0]
+    assert heard.min() == pytest.approx(1000.0, abs=0.5 + compared_s)
+    assert heard.max() == pytest.approx(1199.0, abs=0.5 + compared_s)
 
 
 @pytest.mark.parametrize(

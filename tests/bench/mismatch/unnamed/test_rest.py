@@ -166,19 +166,25 @@ def test_orders_are_told_beside_whatever_is_left() -> None:
     assert [d.effect for d in own.discoveries] == ["te.harmonic", "unknown"]
 
 
-@pytest.mark.parametrize("p_value", [1e-4, 1.0])
-def test_a_function_without_a_name_lies_where_what_it_leaves_lies(p_value: float) -> None:
+@pytest.mark.parametrize(("p_value", "after", "told"), [(1e-4, 1.0, True), (1.0, 2.0, True), (1.0, 1.0, False)])
+@pytest.mark.parametrize("everywhere", [True, False])
+def test_a_function_without_a_name_lies_where_what_it_leaves_lies(
+    p_value: float, after: float, told: bool, everywhere: bool
+) -> None:
+    """Structure says that noise is not all that is left, or its amount does."""
     frame = made.campaign()
     added = np.full(frame.size, 0.1)
-    own = made.outcome(frame, "motor_torque", [made.discovery("motor_torque", "unknown", added, ("time",))], SIGMA)
+    function = made.discovery("motor_torque", "unknown", added, ("time",))
+    own = made.outcome(frame, "motor_torque", [replace(function, everywhere=added if everywhere else None)], SIGMA)
     own.structure = Structure(p_value, "test")
+    own.rmse["after"] = after * own.floor
     own.whole[frame.recording == 1] -= 0.4
     unexplained(own)
     (found,) = own.discoveries
-    beyond = found.added if found.excess is None else found.excess
-    elsewhere = np.median(np.abs(beyond[frame.recording == 0]))
-    more = np.median(np.abs(beyond[frame.recording == 1])) / elsewhere
-    assert more == pytest.approx(4.0 if p_value < 0.01 else 1.0, rel=0.1)
+    for beyond in (found.beyond, *((found.everywhere,) if found.everywhere is not None else ())):
+        elsewhere = np.median(np.abs(beyond[frame.recording == 0]))
+        more = np.median(np.abs(beyond[frame.recording == 1])) / elsewhere
+        assert more == pytest.approx(4.0 if told else 1.0, rel=0.1)
 
 
 @pytest.mark.parametrize(("levels", "inside", "told"), [(0.0, 1.0, 1), (2.0, 1.0, 0), (2.0, 1.6, 1)])
