@@ -200,9 +200,13 @@ def _much_is_left(model: ChannelModel, chosen: Sequence[Chosen]) -> bool:
 def _better_within(left: Sequence[FloatArray], frame: Frame, number: FloatArray) -> bool:
     """Whether the first of two predictions leaves less than the second (n, each) about the levels of recordings, by
     more than the standard error: levels differ from one to the next by themselves, and a few of them may speak against
-    an effect that comes and goes within recordings.
+    an effect that comes and goes within recordings. Of one that acts in the levels alone, what little it does within
+    recordings is no evidence.
     """
     first, second = (levelled(one, frame, number) for one in left)
+    differs = float(np.average((left[0] - left[1]) ** 2, weights=number))
+    if np.average((first - second) ** 2, weights=number) < (1.0 - criteria.ACTIVE_ENERGY) * differs:
+        return False
     change = first**2 - second**2
     error = error_of_mean(change, frame.recording, number)
     return error is not None and float(np.average(change, weights=number)) < -criteria.ONE_ERROR * error
