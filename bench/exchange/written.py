@@ -17,16 +17,7 @@ from bench.exchange.formula import Written, columns_of, lift, make, total
 from bench.exchange.sample import INPUTS, STANDSTILL, formula_frame, loss
 from bench.mismatch.given import REACTION, SENSOR, Given, Known
 from bench.mismatch.orders.shaken import INERTIA
-from bench.mismatch.power_zeros import (
-    CONSTANT,
-    LOAD,
-    LOADS_RECORDINGS,
-    MOTOR,
-    RECORDINGS,
-    REPORTED,
-    STORED,
-    reported_by,
-)
+from bench.mismatch.power_zeros import CONSTANT, LOAD, MOTOR, REPORTED, SINGLE, STORED, reported_by
 from bench.mismatch.prediction import Predictor
 from bench.mismatch.regression.problem import CHANNELS, nominal_base
 from bench.mismatch.regression.regressors import Free, Named
@@ -41,8 +32,6 @@ from bench.simulation.terms import CHANNEL_UNITS, LIBRARY, LOAD_TORQUE, MOTOR_TO
 OUTPUT = "simulated_"
 """begins the name of a predicted channel, which may be an input as well"""
 START = "temperature_start"
-SINGLE = (RECORDINGS, LOADS_RECORDINGS)
-"""what is taken off the loss that belongs to single recordings: a new one has others"""
 STATES = ("relaxing", "play", "lag", "integral", "campaign_lag", "held", "distance", "begun", "reversals")
 
 

@@ -12,7 +12,7 @@ back. Whether heat flows as if they were taken off is asked of the temperature i
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -36,6 +36,8 @@ EFFECT, KEY = HEATING, LESS
 """term of a simulation file that says what is taken off, and its key there"""
 LOAD, MOTOR, RECORDINGS, LOADS_RECORDINGS, STORED, GAIN, UNNAMED, LIFTED = TAKEN_OFF
 WHICH = (LOAD, MOTOR, RECORDINGS, LOADS_RECORDINGS, STORED)
+SINGLE = (RECORDINGS, LOADS_RECORDINGS)
+"""those that belong to single recordings: of both torques, or of the load torque alone"""
 REPORTED = {GAIN: REPORTED_GAIN, UNNAMED: UNKNOWN, LIFTED: "load.unbalance"}
 """effects that may be errors of the reported motor torque, or lift a mass: no part of it that is lost. They are asked
 for only where they were found
@@ -60,9 +62,8 @@ class Zeros:
     def of(self, channel: str, constant: str, frame: Frame) -> FloatArray:
         """Zero of a channel at the rows of a frame (n,), N·m."""
         out = np.full(frame.size, self.constant.get(channel, 0.0) if constant in self.which else 0.0)
-        if RECORDINGS in self.which or (channel == LOAD_TORQUE and LOADS_RECORDINGS in self.which):
-            for recording, value in self.levels.get(channel, {}).items():
-                out[frame.recording == recording] += value
+        if of_recordings(self.which, channel):
+            out += _at_rows(self.levels.get(channel, {}), frame)
         if channel == MOTOR_TORQUE:
             for known in (k for name in self.which for k in self.reported.get(name, ())):
                 assert known.coefficients is not None
@@ -89,15 +90,12 @@ def chosen(models: Mapping[str, ChannelModel], problem: ChannelProblem, found: S
     """
     constant = {c: _constant(m, CONSTANT[c]) for c, m in models.items()}
     inertia = _constant(models[MOTOR_TORQUE], INERTIA) if MOTOR_TORQUE in models else 0.0
-    levels: dict[str, dict[int, float]] = {}
-    for channel in sorted(models, key=(LOAD_TORQUE, MOTOR_TORQUE).index):
-        rows_of, model = models[channel].problem.rows, models[channel]
-        predicted = model.predict(as_loaded(rows_of.frame, levels))
-        levels[channel] = left_of(rows_of, predicted, model.problem.usable)
+    torques = {c: (m.problem.rows, m.problem.usable) for c, m in models.items()}
+    levels = levels_of(torques, lambda channel, frame: models[channel].predict(frame))
     reported = _reported(models[MOTOR_TORQUE]) if MOTOR_TORQUE in models else {}
     names = (*(name for name in WHICH if name != STORED or inertia > 0.0), *reported)
     sets = [s for n in range(len(names) + 1) for s in itertools.combinations(names, n)]
-    sets = [s for s in sets if not {RECORDINGS, LOADS_RECORDINGS} <= set(s)]  # the first holds the second
+    sets = [s for s in sets if not set(SINGLE) <= set(s)]  # the first holds the second
     tried = [Zeros(which, constant, levels, reported, inertia) for which in sets]
     beside = [BaseTerm(block.regressor, tuple(block.precision)) for block in found]
     whole, rows = replace(problem, base=(*problem.base, *beside)), problem.rows
@@ -118,18 +116,34 @@ def _likeliest(sets: Sequence[Sequence[str]], energies: Sequence[FloatArray]) ->
     return min(near, key=lambda k: (LOAD not in sets[k], len(set(sets[k]) & set(REPORTED)), float(energies[k].sum())))
 
 
-def as_loaded(frame: Frame, levels: Mapping[str, Mapping[int, float]]) -> Frame:
-    """The frame with the load torque less each recording's own zero of its sensor, where ``levels`` has it: a motor
-    torque that is predicted from what the sensor reads holds that zero over the ratio, and what is left of its mean
-    would take it off the loss a second time.
+def of_recordings(which: Sequence[str], channel: str) -> bool:
+    """Whether ``which`` zeros have a channel's own of each recording."""
+    return RECORDINGS in which or (channel == LOAD_TORQUE and LOADS_RECORDINGS in which)
+
+
+def levels_of(
+    torques: Mapping[str, tuple[Rows, np.ndarray]], predict: Callable[[str, Frame], FloatArray]
+) -> dict[str, dict[int, float]]:
+    """Zeros of each recording by channel: what predictions leave of the means of the usable rows of some ``torques``.
+
+    The motor torque is predicted from what the sensor of the load reads. It is asked for without that sensor's zero,
+    which would be in its own over the ratio, and be taken off the loss a second time.
     """
-    zeros = levels.get(LOAD_TORQUE)
-    if not zeros:
-        return frame
-    off = np.zeros(max(int(frame.recording.max(initial=0)), *zeros) + 1)
-    off[list(zeros)] = list(zeros.values())
-    zero = off[frame.recording]
-    return replace(frame, torque=frame.torque - zero, torque_level=frame.torque_level - zero)
+    levels: dict[str, dict[int, float]] = {}
+    for channel in (LOAD_TORQUE, MOTOR_TORQUE):
+        if channel in torques:
+            rows, usable = torques[channel]
+            zero = _at_rows(levels.get(LOAD_TORQUE, {}), rows.frame)
+            frame = replace(rows.frame, torque=rows.frame.torque - zero, torque_level=rows.frame.torque_level - zero)
+            levels[channel] = left_of(rows, predict(channel, frame), usable)
+    return levels
+
+
+def _at_rows(levels: Mapping[int, float], frame: Frame) -> FloatArray:
+    """Values of recordings at the rows of a frame (n,); 0 in recordings that have none."""
+    out = np.zeros(max(int(frame.recording.max(initial=0)), *levels, 0) + 1)
+    out[list(levels)] = list(levels.values())
+    return np.asarray(out[frame.recording])
 
 
 def left_of(rows: Rows, predicted: FloatArray, usable: np.ndarray) -> dict[int, float]:

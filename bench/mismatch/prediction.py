@@ -18,18 +18,7 @@ from numpy.typing import NDArray
 from bench.foreign.opening import base_of
 from bench.mismatch.given import LOAD_SIDE, SENSOR, Given, Known
 from bench.mismatch.orders.shaken import INERTIA
-from bench.mismatch.power_zeros import (
-    CONSTANT,
-    EFFECT,
-    KEY,
-    LOADS_RECORDINGS,
-    RECORDINGS,
-    REPORTED,
-    Zeros,
-    as_loaded,
-    left_of,
-    reported_by,
-)
+from bench.mismatch.power_zeros import CONSTANT, EFFECT, KEY, REPORTED, Zeros, levels_of, of_recordings, reported_by
 from bench.mismatch.recordings.beginning import START_S, at_start, risen
 from bench.mismatch.recordings.collected import Collected
 from bench.mismatch.recordings.level import means_of_segments
@@ -78,15 +67,13 @@ class Predictor:
         constant = {}
         for channel, effect in CONSTANT.items():
             constant[channel] = self._number(effect)
-        levels: dict[str, dict[int, float]] = {}
         frames = {channel: part.frame for channel, part in rows.items()}
-        for channel in (LOAD_TORQUE, MOTOR_TORQUE):  # what the sensor of the load reads predicts the motor torque
-            wanted = RECORDINGS in which or (channel == LOAD_TORQUE and LOADS_RECORDINGS in which)
-            if wanted and channel in rows:
-                part = rows[channel]
-                usable = (part.number > 0) & (part.frame.direction != 0)
-                frame = as_loaded(part.frame, levels)
-                levels[channel] = left_of(part, self.channel(channel, frame, None, frames), usable)
+        torques = {
+            channel: (part, (part.number > 0) & (part.frame.direction != 0))
+            for channel, part in rows.items()
+            if channel in CONSTANT and of_recordings(which, channel)
+        }
+        levels = levels_of(torques, lambda channel, frame: self.channel(channel, frame, None, frames))
         known = self.given.known.get(MOTOR_TORQUE, ())
         return Zeros(
             which, constant, levels, {name: reported_by(known, name) for name in REPORTED}, self._number(INERTIA)

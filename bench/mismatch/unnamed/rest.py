@@ -41,10 +41,12 @@ def unexplained(outcome: ChannelOutcome) -> None:
     """
     p = None if outcome.structure is None else outcome.structure.p_value
     after, every = outcome.settled, outcome.rmse.get("after")
-    if _rare(p) or _much(outcome, every):
+    much = _much(outcome, every)
+    if _rare(p) or much:
         outcome.discoveries = [_whole(d, outcome) for d in outcome.discoveries]
     if any(d.effect == UNNAMED for d in outcome.discoveries):
-        _with_the_small(outcome, every)
+        if every is not None and much:
+            _with_the_small(outcome, every)
         return
     if after is None or outcome.floor_std is None:
         return
@@ -143,12 +145,10 @@ def _much(outcome: ChannelOutcome, after: float | None) -> bool:
     return after > criteria.MORE_THAN_NOISE * outcome.floor
 
 
-def _with_the_small(outcome: ChannelOutcome, after: float | None) -> None:
+def _with_the_small(outcome: ChannelOutcome, after: float) -> None:
     """Where something without a name was found and more than noise is left all the same, put the names that are smaller
     than that with it. ``after``: what is left of the recordings held out.
     """
-    if after is None or not _much(outcome, after):
-        return
     part = _taken_out(outcome, float(np.sqrt(after**2 - outcome.floor**2)))
     number = next(k for k, d in enumerate(outcome.discoveries) if d.effect == UNNAMED)
     whole = outcome.discoveries[number]

@@ -12,10 +12,10 @@ from bench.exchange.sample import frame_of
 from bench.exchange.to_python import to_python
 from bench.exchange.written import formulas_of
 from bench.mismatch.given import Given
-from bench.mismatch.power_zeros import REPORTED, Zeros, reported_by
+from bench.mismatch.power_zeros import REPORTED, SINGLE, Zeros, reported_by
 from bench.mismatch.prediction import Predictor
 from bench.mismatch.series_given import swinging
-from bench.simulation.heat_rates import OF_RECORDINGS, OF_RECORDINGS_LOAD, TAKEN_OFF
+from bench.simulation.heat_rates import TAKEN_OFF
 from bench.simulation.model import Simulation
 from bench.simulation.terms import LIBRARY, TEMPERATURE, TRANSMISSION_ERROR
 from tests.bench.exchange.samples import RATIO, STANDSTILL, inputs, name_of, ours, row_of, with_rows
@@ -155,7 +155,6 @@ def test_a_resonance_is_written_as_its_steady_response_and_says_so() -> None:
     assert not any("swings" in note for note in formulas_of(with_rows(*MADE["series"])).notes)
 
 
-SINGLE = (OF_RECORDINGS, OF_RECORDINGS_LOAD)
 LOSS: tuple[dict[str, Any], ...] = (
     {"effect": "motor.torque_offset", "parameters": {"tau_0": {"value": 0.2, "unit": "N*m"}}},
     {"effect": "load.torque_offset", "parameters": {"z_0": {"value": 30.0, "unit": "N*m"}}},
