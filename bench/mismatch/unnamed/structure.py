@@ -69,7 +69,7 @@ def examine(
     jumps = None if bursting else telegraph(search)
     jumping = jumps is not None and _size(jumps) > criteria.LEAST_STRENGTH * outcome.floor
     if jumps is not None and jumping and jumps.p_value < criteria.ERROR_RATE_OF_A_CHANNEL:
-        outcome.discoveries.append(_of_telegraph(jumps, outcome))
+        outcome.discoveries.append(_of_telegraph(jumps, outcome, search.model.problem.rows.frame))
     best, what, size = _mean(search)
     looks = [best]
     words = (
@@ -177,6 +177,13 @@ def _nearest(frame: Frame, rows: Frame) -> IntArray:
     return np.asarray(np.where(wanted - times[before] <= times[after] - wanted, before, after), dtype=np.int64)
 
 
+def _as_compared(values: FloatArray, frame: Frame, outcome: ChannelOutcome) -> FloatArray:
+    """Values of the rows of a ``frame`` at those in which a channel is compared: where these are others, of the nearest
+    row in time.
+    """
+    return values if values.size == outcome.rows.size else values[_nearest(frame, outcome.rows.frame)]
+
+
 def _matters(found: Tone, outcome: ChannelOutcome) -> bool:
     return bool(found.amplitude / np.sqrt(2.0) > criteria.LEAST_STRENGTH * outcome.floor)
 
@@ -211,11 +218,12 @@ def _size(jumps: Telegraph) -> float:
     return float(np.sqrt(np.mean(seen**2))) if seen.size else 0.0
 
 
-def _of_telegraph(jumps: Telegraph, outcome: ChannelOutcome) -> Discovery:
-    """Jumps between two levels as a finding without a name: nothing recorded predicts when."""
+def _of_telegraph(jumps: Telegraph, outcome: ChannelOutcome, frame: Frame) -> Discovery:
+    """Jumps between two levels as a finding without a name: nothing recorded predicts when. ``frame``: of the rows in
+    which they were found.
+    """
     unit = CHANNEL_UNITS[outcome.channel]
     by = "" if jumps.times == "1" else f"*{jumps.times}"
-    fits = jumps.course.size == outcome.rows.size
     return Discovery(
         UNNAMED,
         UNKNOWN,
@@ -235,7 +243,7 @@ def _of_telegraph(jumps: Telegraph, outcome: ChannelOutcome) -> Discovery:
         0.0,
         jumps.p_value,
         (),
-        excess=np.abs(jumps.course) if fits else None,
+        excess=_as_compared(np.abs(jumps.course), frame, outcome),
         squares=_unchanged(outcome),
     )
 
@@ -335,8 +343,7 @@ def _of_bursts(loud: Bursts, outcome: ChannelOutcome, search: Search) -> Discove
         0.0,
         loud.p_value,
         (),
-        # the blocks were found in rows of another length: of each row that is compared the nearest of them in time
-        excess=None if fits else in_bursts[_nearest(rows.frame, outcome.rows.frame)],
+        excess=_as_compared(in_bursts, rows.frame, outcome),
         time_window=(float(time.min()), float(time.max())),
         squares=_unchanged(outcome),
     )

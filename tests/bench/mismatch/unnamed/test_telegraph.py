@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from bench.mismatch import criteria
+from bench.mismatch.unnamed.structure import _of_telegraph
 from bench.mismatch.unnamed.telegraph import Telegraph, telegraph
 from bench.simulation.frame import FloatArray, Frame
 from tests.bench.mismatch.regression.synthetic import EACH, campaign, problem
@@ -51,6 +52,21 @@ def test_jumps_of_a_friction_are_found_with_their_height_and_their_stays(seed: i
     true = HEIGHT * own * FRAME.direction
     true = true - np.repeat(true.reshape(-1, EACH).mean(axis=1), EACH)
     assert np.corrcoef(found.course, true)[0, 1] > 0.9
+
+
+@pytest.mark.parametrize("every", [1, 3])
+def test_jumps_lie_where_they_were_found(every: int) -> None:
+    """The channel may be compared at other rows than those in which they were."""
+    course = np.where(FRAME.recording == 2, HEIGHT, 0.0)
+    compared = FRAME.take(np.arange(0, FRAME.size, every))
+    outcome: Any = SimpleNamespace(
+        floor=SIGMA,
+        channel="transmission_error",
+        rows=SimpleNamespace(frame=compared, size=compared.size),
+        rmse={},
+    )
+    found = _of_telegraph(Telegraph("1", HEIGHT, (9.0, 9.0), 1e-4, course), outcome, FRAME)
+    assert np.array_equal(found.beyond != 0.0, compared.recording == 2)
 
 
 @pytest.mark.parametrize("seed", range(4))
