@@ -19,6 +19,7 @@ from bench.mismatch.orders import defects, laws, modulation
 from bench.mismatch.orders.borne_out import borne_out
 from bench.mismatch.orders.misread import ENCODER, Misread
 from bench.mismatch.orders.model import TransmissionModel, with_parts
+from bench.mismatch.orders.periodic import Periodic
 from bench.mismatch.orders.reported import (
     AMPLITUDE,
     MOVES_NOTHING,
@@ -103,10 +104,7 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
     # what a strong mode leaves of the orders is no pulse
     found_defects = [] if model.laws else defects.search(sight, seed)
     if found_defects:
-        rebuilt(model, defects.all_pulses(found_defects))
-        pulses = of_pulses(model, found_defects)
-        if pulses is None:
-            rebuilt(model, ())
+        pulses = _pulses(model, found_defects)
         sight = Sight.of(model)
         assert sight is not None
     law = _law(model, seed, law)
@@ -114,6 +112,7 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
     shaft = _of_motor(model, sight, teeth.ratio)
     encoder = _encoder(model, sight, shaft, teeth)
     rest = [f for f in sight.found if encoder is None or f not in shaft]
+    encoder = _borne_out(model, encoder)
     pair = modulation.search(model, sight, (*shaft, *(m.order for m in parts)), seed)
     if pair is not None:
         first = pair.pairs[0]
@@ -124,16 +123,16 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
         }
         confidence = probability(pair.p_value)
         sidebands = of_orders(model, sight, "te.sideband", pair.orders, teeth, pair.p_value, confidence, extra)
-        out.append(sidebands)
         if sidebands is not None:
             rest = [f for f in rest if f not in pair.orders]
+        out.append(_borne_out(model, sidebands))
     plain = _plain(model, sight, rest, teeth)
     if parts and plain is None:
         # what the gearbox has beside them is too weak to be told
         model.torque_check = replace(
             model.torque_check, found=tuple(replace(m, beside=False) for m in model.torque_check.found)
         )
-        encoder = _encoder(model, sight, _of_motor(model, sight, teeth.ratio), teeth)
+        encoder = _borne_out(model, _encoder(model, sight, _of_motor(model, sight, teeth.ratio), teeth))
     elif parts:
         encoder = _with_its_parts(model, encoder, parts)
     if law is not None and plain is not None and _of_new_orders(law, plain):
@@ -152,6 +151,20 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
         )
         plain = None
     return [d for d in (law, pulses, encoder, *out, plain) if d is not None]
+
+
+def _pulses(model: TransmissionModel, found_defects: Sequence[defects.Defect]) -> Discovery | None:
+    """Defects as a discovery, the model calibrated with them; None, and the model without them, where they are weak or
+    recordings held out contradict them.
+    """
+    rebuilt(model, defects.all_pulses(found_defects))
+    found = of_pulses(model, found_defects)
+    assert model.periodic is not None
+    # against nothing in their place: orders that draw them predict as well
+    if found is not None and _holds(model, found, replace(model.periodic, pulses=())):
+        return found
+    rebuilt(model, ())
+    return None
 
 
 def _of_pulses(sight: Sight, found_defects: Sequence[defects.Defect], orders: Sequence[float]) -> bool:
@@ -312,15 +325,29 @@ def _plain(model: TransmissionModel, sight: Sight, orders: list[float], teeth: G
     # with a model of noise that holds, the best of many orders at such a gain is real; an alternative is another name
     words = f"{len(orders)} orders that the simulation does not have" if len(orders) > 1 else ""
     extra = {"words": words} if words else {}
-    found = of_orders(model, sight, "te.harmonic", orders, teeth, p_value, probability(p_value), extra)
+    return _borne_out(
+        model, of_orders(model, sight, "te.harmonic", orders, teeth, p_value, probability(p_value), extra)
+    )
+
+
+def _borne_out(model: TransmissionModel, found: Discovery | None) -> Discovery | None:
+    """A discovery of orders, if recordings held out bear it out; else None, and the model is without the orders: a
+    tone, or whatever else has no order, is followed by some in the fitted recordings alone.
+    """
     if found is None or model.periodic is None:
         return found
-    without = model.periodic.less(orders)
-    if borne_out(model, without, model.periodic, False):
+    without = model.periodic.less(found.orders)
+    if _holds(model, found, without):
         return found
-    # a tone, or whatever else has no order, is followed by some in the fitted recordings alone
     model.periodic = without
+    return None
+
+
+def _holds(model: TransmissionModel, found: Discovery, before: Periodic | None) -> bool:
+    """Whether recordings held out bear out a discovery, predicted ``before`` it and with it; a note if they do not."""
+    if before is None or model.periodic is None or borne_out(model, before, model.periodic, False):
+        return True
     model.notes.append(
         f"{found.words} gained in the fit, but recordings held out are predicted worse with it: it is not reported"
     )
-    return None
+    return False

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.mismatch.discovery import UNNAMED, ChannelOutcome, Discovery
+from bench.mismatch.discovery import NAMED, UNNAMED, ChannelOutcome, Discovery
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.report.figures import energy
 from bench.mismatch.report.smallest import interval, pieces, steps
@@ -22,7 +22,9 @@ from bench.simulation.terms import TEMPERATURE as TEMPERATURE_CHANNEL
 HELD = 0.9
 """share of the energy that a location holds, its recordings too: the report's contract"""
 STEPS = {"te.lost_motion": TORQUE}
-"""effects that are a step, and over what: they are where they change, not where they have changed"""
+"""effects that are a step, and over what: they are where they change, not where they have changed. An effect that the
+recordings do not tell from one that is no step is where it adds something
+"""
 PARTS = 60
 """of the range over which a step is looked for"""
 JUST_AFTER = ("since_reversal",)
@@ -107,7 +109,7 @@ def _ranges(
 ) -> dict[str, Range]:
     """Smallest ranges of the quantities a discovery depends on, that together hold nine tenths of its energy."""
     frame = outcome.rows.frame
-    step = STEPS.get(discovery.effect)
+    step = STEPS.get(discovery.effect) if discovery.status == NAMED else None
     if step is not None:
         weight = np.where(outcome.usable, outcome.rows.number, 0.0)
         # what is added changes with other quantities as well, by what the simulation, refitted, makes of them

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
+from bench.mismatch import criteria
 from bench.mismatch.discovery import UNNAMED, ChannelOutcome, Discovery
+from bench.mismatch.recordings.vibration import SEGMENTS_S
 
 FREQUENCY, HERTZ = "f", "Hz"
 """symbol and unit of a tone's frequency"""
 
-ROUNDING = 1e-6
-"""relative, of sums and products of frequencies"""
+RESOLUTION = 1.0 / SEGMENTS_S[0]
+"""Hz, of the spectra: two lines closer than that are one"""
 
 
 def shared_tones(outcomes: Sequence[ChannelOutcome]) -> dict[str, str]:
     """Channel (the first of those alike) with which each channel shares a tone that has no name, by channel.
 
-    Two tones are one where their frequencies agree within what both are known to: half a line of the spectrum each.
+    Two tones are one where their frequencies agree within what both are known to, and what spectra can tell apart.
     """
     tones_of = {o.channel: tones for o in outcomes if (tones := [_frequency(d) for d in o.discoveries if _is_tone(d)])}
     shared: dict[str, str] = {}
@@ -31,12 +34,10 @@ def _is_tone(found: Discovery) -> bool:
 
 
 def _frequency(found: Discovery) -> tuple[float, float]:
-    """Frequency and half a line of the spectrum, Hz."""
+    """Frequency and its standard deviation, Hz."""
     parameter = next(p for p in found.parameters if p["symbol"] == FREQUENCY)
-    # evenly spread over a line of the spectrum: its half is that many standard deviations
-    return float(parameter["value"]), float(parameter["std"]) * 3.0**0.5
+    return float(parameter["value"]), float(parameter["std"])
 
 
 def _alike(one: tuple[float, float], other: tuple[float, float]) -> bool:
-    # lines of a spectrum are whole numbers of its step: those next to each other agree, rounding or not
-    return abs(one[0] - other[0]) <= (one[1] + other[1]) * (1.0 + ROUNDING)
+    return abs(one[0] - other[0]) <= max(RESOLUTION, criteria.SURE * math.hypot(one[1], other[1]))

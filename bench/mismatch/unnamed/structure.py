@@ -200,7 +200,7 @@ def _of_tone(found: Tone, outcome: ChannelOutcome) -> Discovery:
         f"{outcome.channel} += a*sin(2*pi*f*t + phase of each recording)",
         ("time",),
         (
-            {"symbol": "f", "value": found.frequency, "unit": "Hz", "std": found.half_bin / np.sqrt(3.0)},
+            {"symbol": "f", "value": found.frequency, "unit": "Hz", "std": found.frequency_std},
             {"symbol": "a", "value": found.amplitude, "unit": unit, "std": found.amplitude_std},
         ),
         np.zeros(outcome.rows.size),

@@ -20,6 +20,7 @@ from bench.mismatch import criteria
 from bench.mismatch.recordings.vibration import NYQUIST_SHARE, Density
 from bench.mismatch.regression.maxima import tail_probability
 from bench.mismatch.regression.noise import LOWEST_HZ
+from bench.mismatch.unnamed.spectral_line import mean_square, measured
 from bench.simulation.frame import FloatArray, IntArray
 
 SPEEDS = 3
@@ -41,12 +42,12 @@ _FEWEST_ABOUT = 7
 
 @dataclass(frozen=True, slots=True)
 class Tone:
-    """Frequency in Hz with half a bin as its range, amplitude and its standard deviation, chance in noise, the
-    recordings by power, and the tone's mean square in each of them.
+    """Frequency (Hz) and amplitude with their standard deviations, chance in noise, the recordings by power, and the
+    tone's mean square in each of them.
     """
 
     frequency: float
-    half_bin: float
+    frequency_std: float
     amplitude: float
     amplitude_std: float
     p_value: float
@@ -96,30 +97,24 @@ def tone(
     # surrogates of some frequencies stand for all: the maximum of m blocks
     blocks = max(ratio.shape[1] / MOST_FREQUENCIES, 1.0)
     p = float(np.clip(blocks * tail_probability(largest, float(statistic[peak]), 0.0), criteria.LEAST_P, 1.0))
-    seen = np.isfinite(ratio[:, peak])
-    excess = np.maximum(power[:, peak] - level[:, peak], 0.0)
-    # a recording in which an order covers the tone has it as the others have
-    excess = np.where(seen, excess, np.median(excess[seen]))
-    # power density of a tone in a Hann window: a²/2 over 1.5 bins
-    squares = 2.0 * excess * 1.5 * step
-    amplitude = float(np.sqrt(np.median(squares)))
-    spread = float(np.std(np.sqrt(squares)) / np.sqrt(max(squares.size, 1)))
-    frequency = float((first + peak) * step)
-    held = {d.recording: 0.5 * float(square) for d, square in zip(comparable, squares, strict=True)}
-    held |= {d.recording: _mean_square(d, frequency) for d in unsteady if d.recording not in held}
+    beyond = np.pad(np.where(covered, np.nan, power - level), ((0, 0), (1, 1)), constant_values=np.nan)
+    line = measured(beyond[:, peak : peak + 3], step, seed)
+    held = {d.recording: float(square) for d, square in zip(comparable, line.squares, strict=True)}
+    at = first + peak + line.offset
+    held |= {d.recording: _mean_square(d, at * step) for d in unsteady if d.recording not in held}
     strongest = sorted(held, key=lambda recording: -held[recording])
-    return Tone(
-        frequency, 0.5 * step, amplitude, spread, p, tuple(strongest), tuple(held[recording] for recording in strongest)
-    )
+    squares = tuple(held[recording] for recording in strongest)
+    return Tone(at * step, line.offset_std * step, line.amplitude, line.amplitude_std, p, tuple(strongest), squares)
 
 
 def _mean_square(one: Density, frequency: float) -> float:
     """Mean square of a line at a ``frequency`` beyond the noise about it."""
     at = round(frequency / one.step)
     near = one.power[max(at - _ABOUT // 2, 1) : at + _ABOUT // 2 + 1]
-    if not 0 < at < one.power.size:
+    if not 0 < at < one.power.size - 1:
         return 0.0
-    return float(max(float(one.power[at]) - float(np.median(near)), 0.0) * 1.5 * one.step)
+    beyond = np.asarray(one.power[at - 1 : at + 2], dtype=np.float64) - float(np.median(near))
+    return mean_square(beyond, frequency / one.step - at, one.step)
 
 
 def _lines(power: FloatArray, bins: IntArray, first: int) -> tuple[NDArray[np.bool_], FloatArray]:

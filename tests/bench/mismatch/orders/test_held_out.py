@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
 
 from bench.mismatch.orders import discoveries
+from bench.mismatch.orders.defects import Defect
+from bench.mismatch.orders.periodic import Periodic, Pulse
 
 
 @pytest.mark.parametrize("contradicted", [True, False])
@@ -26,10 +29,51 @@ def test_new_orders_go_where_recordings_held_out_are_predicted_worse(
 
     monkeypatch.setattr(discoveries, "borne_out", borne_out)
     monkeypatch.setattr(discoveries, "order_p_value", lambda _model, _gain: 1e-4)
-    found = SimpleNamespace(words="2 orders that the simulation does not have")
+    found = SimpleNamespace(words="2 orders that the simulation does not have", orders=(7.0, 31.5))
     monkeypatch.setattr(discoveries, "of_orders", lambda *_args: found)
     told = discoveries._plain(cast("Any", model), cast("Any", sight), [7.0, 31.5], cast("Any", None))
     assert asked == [(without, periodic)]
     assert (told is None) is contradicted
     assert (model.periodic is without) is contradicted
+    assert len(model.notes) == contradicted
+
+
+def test_an_encoder_error_that_recordings_held_out_contradict_takes_its_orders_with_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Whatever name orders have: the model does not keep what no recording held out bears out."""
+    model = SimpleNamespace(
+        periodic=SimpleNamespace(less=lambda orders: SimpleNamespace(without=tuple(orders))), notes=[]
+    )
+    monkeypatch.setattr(discoveries, "borne_out", lambda *_args: False)
+    found = SimpleNamespace(words="the motor's encoder", orders=(185.0, 370.0))
+    assert discoveries._borne_out(cast("Any", model), cast("Any", found)) is None
+    assert model.periodic.without == (185.0, 370.0)
+    assert model.notes == [
+        "the motor's encoder gained in the fit, but recordings held out are predicted worse with it: it is not reported"
+    ]
+
+
+@pytest.mark.parametrize("contradicted", [True, False])
+def test_pulses_are_asked_against_nothing_in_their_place(monkeypatch: pytest.MonkeyPatch, contradicted: bool) -> None:
+    """Orders that draw them predict as well."""
+    model = SimpleNamespace(periodic=Periodic(series=cast("Any", None)), notes=[])
+    asked: list[tuple[tuple[Pulse, ...], tuple[Pulse, ...]]] = []
+
+    def rebuilt(_model: object, pulses: tuple[Pulse, ...]) -> None:
+        model.periodic = replace(model.periodic, pulses=tuple(pulses))
+
+    def borne_out(_model: object, before: Periodic, after: Periodic, _doubtful: bool) -> bool:
+        asked.append((before.pulses, after.pulses))
+        return not contradicted
+
+    pulse = Pulse(2.1, 0.03, 2e-5)
+    found = SimpleNamespace(words="a local defect")
+    monkeypatch.setattr(discoveries, "rebuilt", rebuilt)
+    monkeypatch.setattr(discoveries, "of_pulses", lambda *_args: found)
+    monkeypatch.setattr(discoveries, "borne_out", borne_out)
+    told = discoveries._pulses(cast("Any", model), [Defect(pulse, (pulse,), 400.0, 1e-4)])
+    assert asked == [((), (pulse,))]
+    assert (told is None) is contradicted
+    assert model.periodic.pulses == (() if contradicted else (pulse,))
     assert len(model.notes) == contradicted

@@ -134,6 +134,17 @@ def test_lost_motion_is_where_it_changes() -> None:
     assert "within ±" in text(where)
 
 
+def test_what_the_recordings_do_not_tell_from_lost_motion_is_where_it_adds_something() -> None:
+    """A torsion that is stiffer on one side is no step; nothing was recorded between the loads."""
+    frame = made.campaign()
+    loads = np.resize(np.array([-900.0, -300.0, 300.0, 900.0]), frame.size)
+    frame = replace(frame, torque=loads, torque_level=loads)
+    added = np.sign(loads) * np.where(np.abs(loads) < 600.0, 0.5, -0.3)
+    ambiguous = made.discovery("transmission_error", "te.lost_motion", added, ("torque",), status="ambiguous")
+    where, _ = _placed(ambiguous, frame)
+    assert where.ranges["load_torque"] == (-900.0, 900.0)
+
+
 def test_a_temperature_is_placed_by_what_is_added_to_it() -> None:
     frame = made.campaign()
     # heat that comes in at high speed, and slowly goes again at low speed: the slow recordings have most of the energy
