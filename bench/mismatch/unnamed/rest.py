@@ -197,12 +197,18 @@ def _above_it(discovery: Discovery, outcome: ChannelOutcome) -> bool:
 
 
 def averaged(left: FloatArray, outcome: ChannelOutcome) -> FloatArray:
-    """What is left (n,) as means over :data:`LOOKED_AT_S` of each recording: its place is where they are large, and the
-    noise of single rows, of which a long recording has most, says nothing of a place.
+    """What is left (n,) over :data:`LOOKED_AT_S` of each recording: its place is where that is large, and the noise of
+    single rows, of which a long recording has most, says nothing of a place.
+
+    It is the mean, but of the transmission error the root mean square less the noise: a wave over the angle has no mean
+    where the gearbox turns fast.
     """
     frame, number = outcome.rows.frame, np.where(outcome.usable, outcome.rows.number, 0.0)
     block = np.floor(frame.elapsed / LOOKED_AT_S).astype(np.int64)
     first = np.append(True, (np.diff(block) != 0) | (np.diff(frame.recording) != 0))
     which = np.cumsum(first) - 1
-    total = np.bincount(which, number * left) / np.maximum(np.bincount(which, number), 1e-300)
-    return np.asarray(total[which])
+    samples = np.maximum(np.bincount(which, number), 1e-300)
+    if outcome.channel == TRANSMISSION_ERROR:
+        beyond = np.bincount(which, number * left**2 - np.where(number > 0, outcome.floor**2, 0.0))
+        return np.asarray(np.sqrt(np.maximum(beyond, 0.0) / samples)[which])
+    return np.asarray((np.bincount(which, number * left) / samples)[which])

@@ -9,7 +9,7 @@ import pytest
 
 from bench.mismatch.discovery import Structure
 from bench.mismatch.score import _Sum
-from bench.mismatch.unnamed.rest import unexplained
+from bench.mismatch.unnamed.rest import averaged, unexplained
 from tests.bench.mismatch.report import made
 
 SIGMA = 0.02
@@ -259,3 +259,16 @@ def test_a_tone_of_a_few_recordings_and_more_left_than_noise_are_two_witnesses(
     own.rmse |= {"after": left * own.floor, "after_steady": own.floor, "after_altogether": left * own.floor}
     unexplained(own)
     assert bool(own.discoveries) is told
+
+
+def test_a_wave_over_the_angle_lies_at_every_speed() -> None:
+    """Forty periods a revolution are several in a second of the fast recordings, whose mean is nothing."""
+    frame = made.campaign()
+    wave = 20.0 * SIGMA * np.sqrt(2.0) * np.sin(40.0 * frame.theta + frame.recording**2)
+    own = made.outcome(frame, "transmission_error", [], SIGMA)
+    own = replace(own, rows=replace(own.rows, y=own.rows.y + wave))
+    size = averaged(own.left, own)
+    speed = np.abs(frame.velocity)
+    slow, fast = (float(np.sqrt(np.mean(size[rows] ** 2))) for rows in (speed < 0.07, speed > 0.15))
+    assert slow == pytest.approx(20.0 * SIGMA, rel=0.05)
+    assert fast == pytest.approx(20.0 * SIGMA, rel=0.05)
