@@ -15,6 +15,10 @@ class IdentityError(BusError):
     """The devices on the bus are not those of the configuration, or not in its order."""
 
 
+class UnmappedError(BusError):
+    """A slave has no process data where the configuration has some."""
+
+
 class SdoAccessError(BusError):
     """An object of a slave could not be read or written.
 

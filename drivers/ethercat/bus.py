@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.errors import BusError, DriverError
+from drivers.errors import BusError, DriverError, UnmappedError
 from drivers.ethercat import nonblocking
 from drivers.ethercat.assignment import assign_pdos
 from drivers.ethercat.claim import Claim
@@ -19,7 +19,7 @@ from drivers.ethercat.emergency import EmergencyLog, EmergencyMessage
 from drivers.ethercat.exchange import CycleExchanger, Exchange, Exchanger, make_exchanger
 from drivers.ethercat.identity import check_specs
 from drivers.ethercat.image import Image
-from drivers.ethercat.mapping import check_sizes, map_process_data, scan
+from drivers.ethercat.mapping import MAPPINGS, check_sizes, map_process_data, scan
 from drivers.ethercat.pacing import FreeRunning, Pacing
 from drivers.ethercat.protocols import Master, Slave
 from drivers.ethercat.recovery import Condition, Recovery, recover_step
@@ -127,16 +127,13 @@ class EtherCatBus:
         BusError
             If the mapped sizes differ from the configured ones, or SAFEOP is not reached.
         """
-        found = scan(self._master, self.specs, self.interface)
-        for spec, slave in zip(self.specs, found, strict=True):
-            self._sdo[spec.name] = SdoClient(slave, spec.name)
-            self._emergencies.listen(spec.name, slave)
-            if spec.watchdog_s is not None:
-                set_watchdog(slave, spec.name, spec.watchdog_s)
-            # config_init wipes the callback and config_map calls it, so this is the one place to set it.
-            slave.config_func = self._callback(spec) if spec.coe else None
-        map_process_data(self._master)
-        check_sizes(self.specs, found, self._out, self._in)
+        for more in reversed(range(MAPPINGS)):
+            try:
+                found = self._mapped()
+                break
+            except UnmappedError:
+                if not more:
+                    raise
         set_up_clocks(self._master, self.specs)
         self._exchanger = make_exchanger(
             self._master,
@@ -149,6 +146,20 @@ class EtherCatBus:
             self._whole_blocks,
         )
         reach_safeop(self._master, self.specs)
+
+    def _mapped(self) -> Sequence[Slave]:
+        """The slaves, found, set up and mapped."""
+        found = scan(self._master, self.specs, self.interface)
+        for spec, slave in zip(self.specs, found, strict=True):
+            self._sdo[spec.name] = SdoClient(slave, spec.name)
+            self._emergencies.listen(spec.name, slave)
+            if spec.watchdog_s is not None:
+                set_watchdog(slave, spec.name, spec.watchdog_s)
+            # config_init wipes the callback and config_map calls it, so this is the one place to set it.
+            slave.config_func = self._callback(spec) if spec.coe else None
+        map_process_data(self._master)
+        check_sizes(self.specs, found, self._out, self._in)
+        return found
 
     def to_operational(self) -> None:
         """Bring all slaves to OP while row 0 of the outputs is sent; SYNC0 starts where it is configured.

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import pysoem
 
-from drivers.errors import BusError, IdentityError
+from drivers.errors import BusError, IdentityError, UnmappedError
 from drivers.ethercat.identity import check_identity
 from drivers.ethercat.image import Image
 from drivers.ethercat.protocols import Master, Slave
@@ -15,6 +15,10 @@ from drivers.ethercat.slave import SlaveSpec
 
 _SCANS = 5
 _SCAN_PAUSE_S = 0.1
+MAPPINGS = 3
+"""times that slaves are mapped where one has no process data: SOEM asks each for its PDOs once, by the mailbox, and an
+answer that is late on a busy host leaves the slave with none
+"""
 
 
 def scan(master: Master, specs: Sequence[SlaveSpec], interface: str) -> Sequence[Slave]:
@@ -65,11 +69,16 @@ def check_sizes(specs: Sequence[SlaveSpec], found: Sequence[Slave], outputs: Ima
     Raises
     ------
     BusError
-        With the first slave that differs.
+        With the first slave that differs; an UnmappedError if it has no process data at all.
     """
     for place, (spec, slave) in enumerate(zip(specs, found, strict=True)):
         for kind, image, actual in (("outputs", outputs, slave.output), ("inputs", inputs, slave.input)):
             start, stop = image.spans[place]
+            if not len(actual) and stop > start:
+                raise UnmappedError(
+                    f"{spec.name} has no process data of {kind}, the configuration has {stop - start} bytes; "
+                    "it did not say its PDOs when asked, or none are assigned"
+                )
             if len(actual) != stop - start:
                 raise BusError(
                     f"{spec.name} maps {len(actual)} bytes of {kind} but the configuration has {stop - start}; "

@@ -10,13 +10,15 @@ import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from drivers.cia402 import DriveLimits, Goal, Outcome, ServoDrive, State, lead
-from drivers.errors import BusError, DriveFaultError, DriverError, IdentityError
+from drivers.errors import BusError, DriveFaultError, DriverError, IdentityError, UnmappedError
 from drivers.ethercat import AbsoluteDeadlines, Condition, EtherCatBus, soem_master
+from drivers.ethercat import bus as bus_module
 from tests.drivers.rig import INPUT, Rig, make_rig
 from tests.veth import Emulator, VethPair
 
@@ -62,6 +64,29 @@ def run_until(rig: Rig, velocity: float, done: str, limit_s: float = 5.0) -> Non
         if done in {drive.sequence.outcome.name for drive in rig.drives}:
             return
     pytest.fail(f"no drive came to {done} within {limit_s} s")
+
+
+def test_slaves_are_mapped_again_where_one_had_no_process_data(
+    veth: VethPair, emulator: Emulator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The second mapping begins with slaves that the first has left in SAFEOP."""
+    real, seen = bus_module.check_sizes, []
+
+    def check(specs: Any, found: Any, outputs: Any, inputs: Any) -> None:
+        seen.append([len(slave.output) for slave in found])
+        if len(seen) == 1:
+            raise UnmappedError("input_drive has no process data of outputs")
+        real(specs, found, outputs, inputs)
+
+    monkeypatch.setattr(bus_module, "check_sizes", check)
+    made = make_rig(soem_master(), veth.near, WATCHDOG_S, block_capacity=BLOCK, pacing=AbsoluteDeadlines(0.0005))
+    try:
+        made.start()
+        assert seen == [seen[0]] * 2
+        assert made.bus.expected_wkc == 9
+        assert 9 in made.run(0.0, 0.0, BLOCK).wkc
+    finally:
+        made.bus.close()
 
 
 def test_op_process_data_and_back(rig: Rig) -> None:

@@ -126,6 +126,8 @@ class ScriptedMaster:
     opened: str | None = None
     log: list[str] = field(default_factory=list)
     map_error: Exception | None = None
+    unmapped: int = 0
+    """times that the first slave does not say its PDOs"""
     refuses: dict[int, tuple[int, int]] = field(default_factory=dict)
     cycles: int = 0
     timeouts: list[int] = field(default_factory=list)
@@ -147,6 +149,9 @@ class ScriptedMaster:
             if slave.config_func is not None:
                 slave.config_func(place)
             slave.state = SAFEOP
+            silent = place == 0 and self.unmapped > 0
+            slave.output = b"" if silent else slave.output or bytes(slave.output_size)
+        self.unmapped -= 1
         if self.map_error is not None:
             raise self.map_error
         return sum(slave.output_size + slave.input_size for slave in self.slaves)

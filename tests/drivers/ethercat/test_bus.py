@@ -7,7 +7,7 @@ import pysoem
 import pytest
 
 from drivers.entries import Entry
-from drivers.errors import BusError, DriverError
+from drivers.errors import BusError, DriverError, UnmappedError
 from drivers.ethercat import Condition, EtherCatBus, Pdo, SdoClient, SlaveSpec
 from drivers.ethercat.exchange import CycleExchanger
 from tests.drivers.ethercat.scripted import OP, PREOP, SAFEOP, ScriptedMaster, slave_for
@@ -152,6 +152,27 @@ def test_sizes_of_the_device_are_compared_before_a_byte_is_sent() -> None:
     bus.open()
     with pytest.raises(BusError, match="drive maps 7 bytes of outputs but the configuration has 6"):
         bus.configure()
+
+
+def test_a_slave_that_does_not_say_its_pdos_at_once_is_asked_again() -> None:
+    """On a busy host an answer of the mailbox is late, and SOEM maps nothing."""
+    bus, master = make()
+    master.unmapped = 2
+    bus.open()
+    bus.configure()
+    assert master.unmapped == -1
+    bus.to_operational()
+
+
+def test_a_slave_without_process_data_is_named() -> None:
+    bus, master = make()
+    master.unmapped = 100
+    bus.open()
+    with pytest.raises(
+        UnmappedError, match="drive has no process data of outputs, the configuration has 6 bytes; it did"
+    ):
+        bus.configure()
+    assert master.unmapped == 97
 
 
 def test_left_over_packet_errors_of_the_mapping_do_no_harm() -> None:

@@ -38,7 +38,7 @@ def test_a_tone_between_two_lines_of_the_spectrum_has_its_frequency_and_amplitud
 
 
 def test_frequency_and_amplitude_are_as_uncertain_as_they_scatter() -> None:
-    found = [heard(seed, tone=(17.34, 0.3)) for seed in range(40)]
+    found = [heard(seed, tone=(17.34, 0.3)) for seed in range(24)]
     frequency = [(f.frequency - 17.34) / f.frequency_std for f in found]
     amplitude = [(f.amplitude - 0.3) / f.amplitude_std for f in found]
     assert 0.7 < np.sqrt(np.mean(np.square(frequency))) < 1.4
