@@ -49,9 +49,11 @@ def not_refuted(model: ChannelModel, chosen: Sequence[Chosen]) -> list[Chosen]:
             one = c.effect != UNKNOWN
             worse = _worse(whole, left(others), spared, model.price, one)
             # a name may show in heating runs alone, whose zeros nothing tells: beside these it is asked again if it is
-            # surely better; a function without a name is whatever follows these recordings
+            # surely better, where it is not as wrong as it says it may be; a function without a name is whatever
+            # follows these recordings
             if worse[0] > 0.0 and c.effect != UNKNOWN and _surely_better(model, blocks, others):
-                worse = _worse(left(blocks, True), left(others, True), spared, model.price, one)
+                foreseen = density(model, blocks) - density(model, others) > model.price
+                worse = _worse(left(blocks, True), left(others, True), spared & ~foreseen, model.price, one)
             found.append(worse)
         worst = int(np.argmax([beyond for beyond, _ in found]))
         beyond, ratio = found[worst]
