@@ -25,7 +25,10 @@ follow their lubricant in two to ten minutes
 SLOW_WARMING_S = 1600.0
 """the same for what follows more slowly, in a quarter to three quarters of an hour: shafts, frame and bed of the bench
 """
-REMEMBERED = frozenset({"warming", "slow_warming"})
+QUICK_WARMING_S = 100.0
+"""the same for what follows faster, in one to three minutes: the wall of a housing, a torque sensor's shaft and flanges
+"""
+REMEMBERED = frozenset({"quick_warming", "warming", "slow_warming"})
 """quantities with a state that goes on from one recording to the next"""
 
 
@@ -45,6 +48,11 @@ QUANTITIES: dict[str, Quantity] = {
     "load": Quantity("size of the load torque", "N*m", lambda f: np.abs(f.torque_level)),
     "load_motor_torque": Quantity("load motor's torque", "N*m", lambda f: f.load_motor_level),
     "temperature": Quantity("temperature", "degC", lambda f: f.temperature),
+    "quick_warming": Quantity(
+        "temperature above that of the last two minutes",
+        "K",
+        lambda f: f.temperature - campaign_lag(f.temperature, f, QUICK_WARMING_S),
+    ),
     "warming": Quantity(
         "temperature above that of the last minutes",
         "K",

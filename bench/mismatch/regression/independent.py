@@ -20,6 +20,7 @@ KINDS: dict[str, frozenset[str]] = {
     "course": frozenset(
         {
             "temperature",
+            "quick_warming",
             "warming",
             "slow_warming",
             "time",

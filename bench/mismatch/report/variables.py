@@ -50,6 +50,12 @@ VARIABLES: dict[str, Variable] = {
         "", "change of the load torque / (N·m/s)", lambda f: f.torque_rate, words="where the load changes"
     ),
     "temperature": Variable(TEMPERATURE, "lubricant temperature / °C", lambda f: f.temperature),
+    "quick_warming": Variable(
+        "",
+        "temperature above that of the last two minutes / K",
+        lambda f: quantity("quick_warming", f),
+        words="while the gearbox warms up or cools down",
+    ),
     "warming": Variable(
         "",
         "temperature above that of the last minutes / K",
