@@ -26,6 +26,10 @@ MOST_PERIODS = 2000.0
 cycles are tried"""
 FINENESS = 3.0
 """frequencies that are tried to each that the campaign tells apart"""
+SMALLEST_MOVE = 0.03
+"""of the distance of two frequencies that are tried: how closely a cycle's is found beside a model fitted anew"""
+MOST_MOVES = 12
+"""of a frequency to one side or the other"""
 ALIKE = 1e-9
 """share of the squares below which cosine and sine are one at the rows there are, to rounding"""
 KNOTS_A_PERIOD = 24
@@ -118,11 +122,28 @@ def in_cycles(model: ChannelModel, factors: Sequence[str]) -> Iterator[Block]:
             return -float(_powers(frame.time - begin, value[[k]], weight[[k]], np.array([frequency]))[0, 0])
 
         best = float(frequencies[int(np.argmax(coarse[k]))])
-        fine = minimize_scalar(less, bounds=(best - step, best + step), method="bounded").x
-        one = add_block(problem, model.bank, cycle(model.channel, times, 1.0 / float(fine), begin, end))
-        fitted = fit_blocks(model.bank, [*model.blocks(), one], model.variances)
-        if fitted.likelihood - model.fit.likelihood > price_of_period(one.regressor):
-            yield one
+        fine = float(minimize_scalar(less, bounds=(best - step, best + step), method="bounded").x)
+        gain, one = _beside(model, cycle(model.channel, times, 1.0 / fine, begin, end))
+        if not gain > price_of_period(one.regressor):
+            continue
+        # what the model calibrated without it has taken of the wave has moved the period
+        move, moves = step, MOST_MOVES
+        while move > SMALLEST_MOVE * step and moves:
+            moves -= 1
+            tried = [f for f in (fine - move, fine + move) if f >= FEWEST_PERIODS / (end - begin)]
+            further = [(*_beside(model, cycle(model.channel, times, 1.0 / f, begin, end)), f) for f in tried]
+            best_gain, better, frequency = max(further, key=lambda found: found[0])
+            if best_gain > gain:
+                gain, one, fine = best_gain, better, frequency
+            else:
+                move *= 0.5
+        yield one
+
+
+def _beside(model: ChannelModel, regressor: Free) -> tuple[float, Block]:
+    """Log-likelihood that a cycle gains beside a model, all else fitted anew."""
+    one = add_block(model.problem, model.bank, regressor)
+    return fit_blocks(model.bank, [*model.blocks(), one], model.variances).likelihood - model.fit.likelihood, one
 
 
 def _frequencies(span: float) -> FloatArray:

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bench.simulation.memory import campaign_lag, integral, lag, play, relaxing
-from bench.simulation.quantities import SLOW_WARMING_S, WARMING_S, quantity
+from bench.simulation.quantities import QUICK_WARMING_S, SLOW_WARMING_S, WARMING_S, quantity
 from bench.simulation.terms.te.hysteresis import BETWEEN
 from tests.bench.simulation.terms.frames import ROWS, STEP_S, frame
 
@@ -84,7 +84,9 @@ def test_a_state_that_forgets_is_smaller_in_motion_and_gone_at_rest(scale: float
     assert z[turn:] == pytest.approx(resting, abs=1e-9)
 
 
-@pytest.mark.parametrize(("name", "constant"), [("warming", WARMING_S), ("slow_warming", SLOW_WARMING_S)])
+@pytest.mark.parametrize(
+    ("name", "constant"), [("quick_warming", QUICK_WARMING_S), ("warming", WARMING_S), ("slow_warming", SLOW_WARMING_S)]
+)
 def test_a_gearbox_that_warms_is_warmer_than_it_was(name: str, constant: float) -> None:
     rate = 0.02
     warm = replace(FRAME, temperature=20.0 + rate * FRAME.time)

@@ -40,6 +40,22 @@ def test_the_period_is_found() -> None:
     assert one.period == pytest.approx(PERIOD, rel=0.02 * PERIOD / float(np.ptp(frame.time)))
 
 
+@pytest.mark.parametrize("periods", [2.4, 2.6, 3.3])
+def test_the_period_is_found_where_the_simulation_has_taken_a_part_of_the_wave(periods: float) -> None:
+    """A gearbox that warms all the time: friction that goes with the temperature follows a part of a slow wave."""
+    frame = often()
+    span = float(np.ptp(frame.time))
+    frame = replace(frame, temperature=20.0 + 20.0 * (frame.time - frame.time.min()) / span)
+    rng = np.random.default_rng(1)
+    drag = 0.006 + 0.002 * np.sin(2.0 * np.pi * periods * frame.time / span + 0.4)
+    y = 0.5 * frame.direction + drag * frame.omega + rng.normal(0.0, 0.01, frame.size)
+    (block,) = in_cycles(begun(problem(frame, y)).model, ("w",))
+    one = cycle_of(block.regressor)
+    assert one is not None
+    # four hundredths of a period over the whole campaign
+    assert one.period == pytest.approx(span / periods, rel=0.04 / periods)
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_noise_has_none(seed: int) -> None:
     frame = often()
