@@ -115,14 +115,15 @@ def in_cycles(model: ChannelModel, factors: Sequence[str]) -> Iterator[Block]:
     weight = problem.rows.number[problem.train] * by**2
     value = np.divide(left, by, out=np.zeros(by.shape), where=by != 0.0)
     coarse = _powers(frame.time - begin, value, weight, frequencies)
-    step = float(frequencies[1] - frequencies[0])
+    step = 1.0 / (FINENESS * (end - begin))
     for k, times in enumerate(factors):
 
         def less(frequency: float, k: int = k) -> float:
             return -float(_powers(frame.time - begin, value[[k]], weight[[k]], np.array([frequency]))[0, 0])
 
         best = float(frequencies[int(np.argmax(coarse[k]))])
-        fine = float(minimize_scalar(less, bounds=(best - step, best + step), method="bounded").x)
+        near = max(best - step, float(frequencies[0])), best + step
+        fine = float(minimize_scalar(less, bounds=near, method="bounded").x)
         gain, one = _beside(model, cycle(model.channel, times, 1.0 / fine, begin, end))
         if not gain > price_of_period(one.regressor):
             continue
@@ -130,7 +131,7 @@ def in_cycles(model: ChannelModel, factors: Sequence[str]) -> Iterator[Block]:
         move, moves = step, MOST_MOVES
         while move > SMALLEST_MOVE * step and moves:
             moves -= 1
-            tried = [f for f in (fine - move, fine + move) if f >= FEWEST_PERIODS / (end - begin)]
+            tried = [f for f in (fine - move, fine + move) if f >= frequencies[0]]
             further = [(*_beside(model, cycle(model.channel, times, 1.0 / f, begin, end)), f) for f in tried]
             best_gain, better, frequency = max(further, key=lambda found: found[0])
             if best_gain > gain:

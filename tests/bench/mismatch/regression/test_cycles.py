@@ -92,6 +92,31 @@ def test_two_periods_at_least_are_seen_of_a_cycle() -> None:
     assert _frequencies(float(np.ptp(frame.time))).size == 0
 
 
+@pytest.mark.parametrize("periods", [1.7, 1.9, 2.0])
+def test_a_wave_of_fewer_periods_is_taken_for_one_of_two_at_least(periods: float) -> None:
+    frame = often()
+    span = float(np.ptp(frame.time))
+    y = 0.5 * frame.direction + 0.3 * np.sin(2.0 * np.pi * periods * frame.time / span) * frame.direction
+    y = y + np.random.default_rng(2).normal(0.0, 0.01, frame.size)
+    (block,) = in_cycles(begun(problem(frame, y)).model, ("d",))
+    one = cycle_of(block.regressor)
+    assert one is not None
+    assert one.period <= 0.5 * span * (1.0 + 1e-9)
+
+
+def test_a_campaign_that_shows_one_period_only_is_asked_for_it() -> None:
+    frame = often()
+    span = 2.1 * SHORTEST_S
+    frame = replace(frame, time=frame.time * span / float(np.ptp(frame.time)))
+    assert _frequencies(span).size == 1
+    y = 0.5 * frame.direction + 0.3 * np.sin(2.0 * np.pi * frame.time / SHORTEST_S) * frame.direction
+    y = y + np.random.default_rng(2).normal(0.0, 0.01, frame.size)
+    (block,) = in_cycles(begun(problem(frame, y)).model, ("d",))
+    one = cycle_of(block.regressor)
+    assert one is not None
+    assert one.period == pytest.approx(SHORTEST_S, rel=0.02)
+
+
 def test_the_best_of_many_periods_pays_for_all_of_them() -> None:
     frame = often()
     (block,) = in_cycles(begun(problem(frame, measured(frame, 0.1))).model, ("d",))
