@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -25,7 +26,7 @@ _SIZES = np.linspace(1.0, 0.125, 8)[:, None]
 """logarithms of an order's size, over that of the usual one, both against the error: evenly spread"""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Mean:
     """The mean spectrum (k,) at free orders: vectors, standard deviation of a component, what else may stand there."""
 
@@ -55,6 +56,13 @@ class Mean:
             size[k] = level if whole else 10.0 * sight.error[round(f)]
         return cls(orders, vectors[numbers], sight.error[numbers], share, size)
 
+    @cached_property
+    def _beside(self) -> tuple[FloatArray, FloatArray]:
+        """Variances (sizes, k) of orders that stand by themselves, and logarithms (k,) of the share of each size."""
+        # a gearbox has a few strong orders and many weak ones: of any size between the error and the usual one
+        own = np.maximum(self.size, self.error) ** (2.0 * _SIZES) * self.error ** (2.0 * (1.0 - _SIZES))
+        return own, np.log(self.share / _SIZES.size)
+
     def density(self, centre: Complex, unlike: FloatArray) -> FloatArray:
         """Log density of each vector (k,) about a pulse's vectors ``centre`` (k,), from which nature's may be
         ``unlike`` (k,): a variance.
@@ -62,9 +70,9 @@ class Mean:
         off = 0.5 * np.abs(self.vectors - centre) ** 2
         plain = self.error**2 + unlike
         alone = np.log1p(-self.share) - np.log(plain) - off / plain
-        # a gearbox has a few strong orders and many weak ones: of any size between the error and the usual one
-        more = plain + np.maximum(self.size, self.error) ** (2.0 * _SIZES) * self.error ** (2.0 * (1.0 - _SIZES))
-        beside = np.log(self.share / _SIZES.size) - np.log(more) - off / more
+        own, share = self._beside
+        more = plain + own
+        beside = share - np.log(more) - off / more
         return np.asarray(np.logaddexp.reduce(np.vstack([alone, beside]), axis=0))
 
     def gain(self, pulse: Pulse, before: Complex) -> float:
