@@ -60,13 +60,13 @@ def independent(search: Search, chosen: Sequence[Chosen], one: Chosen) -> bool:
     without them. An unbalanced mass over the angle is no part of oil that flows back in time.
     """
     model = search.model
-    kinds = _kinds(one.main.regressor)
+    kinds = kinds_of(one.main.regressor)
     if not kinds:
         return False
     others = without(chosen, one, model.problem.lacking)
     gain = float(search.density(chosen).sum() - search.density(others).sum())
     beside = search.scan(chosen, model.refitted(chosen)).gain
-    others_alike = [b.regressor.effect != one.effect and bool(kinds & _kinds(b.regressor)) for b in search.blocks]
+    others_alike = [b.regressor.effect != one.effect and bool(kinds & kinds_of(b.regressor)) for b in search.blocks]
     alike = beside[np.array(others_alike, dtype=bool)]
     if alike.max(initial=0.0) > criteria.SHAPE**2 * gain:
         return False
@@ -74,7 +74,7 @@ def independent(search: Search, chosen: Sequence[Chosen], one: Chosen) -> bool:
     substitutes = [
         unrefined(search.bank, search.blocks[k])
         for k in np.argsort(-instead.gain)
-        if instead.gain[k] > instead.price and not kinds & _kinds(search.blocks[k].regressor)
+        if instead.gain[k] > instead.price and not kinds & kinds_of(search.blocks[k].regressor)
     ]
     for other in substitutes[:MOST_SUBSTITUTES]:
         held = float(search.density([*others, other, one]).sum() - search.density([*others, other]).sum())
@@ -83,6 +83,6 @@ def independent(search: Search, chosen: Sequence[Chosen], one: Chosen) -> bool:
     return True
 
 
-def _kinds(regressor: Regressor) -> set[str]:
+def kinds_of(regressor: Regressor) -> set[str]:
     """Which kinds of quantities (:data:`KINDS`) a regressor depends on."""
     return {kind for kind, members in KINDS.items() if members & set(regressor.variables)}

@@ -11,10 +11,10 @@ from bench.mismatch import criteria
 from bench.mismatch.regression.description import description, prior_of
 from bench.mismatch.regression.folds import weights
 from bench.mismatch.regression.heredity import without
-from bench.mismatch.regression.independent import beyond_noise, independent
+from bench.mismatch.regression.independent import beyond_noise, independent, kinds_of
 from bench.mismatch.regression.model import Chosen, unrefined
 from bench.mismatch.regression.refuted import not_refuted
-from bench.mismatch.regression.regressors import UNKNOWN
+from bench.mismatch.regression.regressors import UNKNOWN, Free
 from bench.mismatch.regression.scan import Scan
 from bench.mismatch.regression.sign_blocks import whole
 from bench.mismatch.regression.state import Search
@@ -178,23 +178,23 @@ def _above_the_rest(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
 
 
 def no_mere_form(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
-    """Effects without the functions that may be what a name's form leaves of nature's: those without a name that depend
-    on a quantity of a name, and are smaller than its form may be off.
+    """Effects without the functions that may be what a name's form leaves of nature's: those that are smaller than its
+    form may be off, and depend on a quantity of the name. Tables with a name of their own are such functions as well
+    where they depend on a quantity of the same kind: while a gearbox warms up, time says what its temperature does.
     """
-    if all(c.effect != UNKNOWN for c in chosen):
+    functions = [c for c in chosen if c.effect == UNKNOWN or isinstance(c.main.regressor, Free)]
+    if not functions:
         return list(chosen)
+    sizes = {id(c): _strength_among(search, chosen, c).acts for c in chosen}
 
-    def size(one: Chosen) -> float:
-        return _strength_among(search, chosen, one).acts
+    def form_of(name: Chosen, one: Chosen) -> bool:
+        if name is one or name.effect == UNKNOWN or sizes[id(one)] >= criteria.SHAPE * sizes[id(name)]:
+            return False
+        if one.effect == UNKNOWN:
+            return bool(_quantities(name) & _quantities(one))
+        return bool(kinds_of(name.main.regressor) & kinds_of(one.main.regressor))
 
-    named = [(_quantities(c), size(c)) for c in chosen if c.effect != UNKNOWN]
-    out = []
-    for one in chosen:
-        variables_of_one = _quantities(one)
-        largest = max((s for variables, s in named if variables & variables_of_one), default=0.0)
-        if one.effect != UNKNOWN or largest == 0.0 or size(one) >= criteria.SHAPE * largest:
-            out.append(one)
-    return out
+    return [c for c in chosen if not (any(c is f for f in functions) and any(form_of(name, c) for name in chosen))]
 
 
 def _quantities(one: Chosen) -> set[str]:

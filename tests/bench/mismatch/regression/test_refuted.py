@@ -263,6 +263,24 @@ def test_a_small_function_of_the_load_beside_a_name_of_the_torque_is_its_form(
     assert (function in pruning.no_mere_form(search, [name, function])) == stays
 
 
+@pytest.mark.parametrize(("over", "size", "stays"), [("time", 0.1, False), ("time", 0.5, True), ("angle", 0.1, True)])
+def test_a_small_table_with_a_name_beside_a_name_of_the_same_kind_is_its_form(
+    monkeypatch: pytest.MonkeyPatch, over: str, size: float, stays: bool
+) -> None:
+    """What a law of the temperature leaves of a sharper one comes while the gearbox warms up: it is no drift."""
+    frame = campaign()
+    search = begun(problem(frame, 0.5 * frame.direction + np.random.default_rng(5).normal(0.0, 0.01, frame.size)))
+    table = Free(MOTOR_TORQUE, (Grid((over,), "d", ((0.0, 2.0, 4.0, 6.0),)),), "friction.position_dependent")
+    small = Chosen(add_block(search.model.problem, search.model.bank, table, 1e-3))
+    viscosity = named("friction.viscous_temperature", MOTOR_TORQUE, "exponential", (0.03,))
+    name = Chosen(add_block(search.model.problem, search.model.bank, viscosity))
+    sizes = {id(small): size, id(name): 1.0}
+    monkeypatch.setattr(pruning, "_strength_among", lambda _s, _c, one: SimpleNamespace(acts=sizes[id(one)]))
+    kept = pruning.no_mere_form(search, [small, name])
+    assert name in kept
+    assert (small in kept) == stays
+
+
 @pytest.mark.parametrize(
     ("worse", "beside", "goes"), [(-0.1, 1, 0), (0.002, 1, 1), (0.1, 1, 1), (-0.1, 0, 0), (0.002, 0, 1)]
 )
