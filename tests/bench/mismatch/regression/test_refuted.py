@@ -228,6 +228,32 @@ def test_without_recordings_held_out_nothing_of_a_foreign_quantity_is_refuted() 
     assert worse_with(all_fitted, [one], one) is None
 
 
+@pytest.mark.parametrize(("gain", "stays"), [(-1.0, False), (3.0, False), (50.0, True)])
+def test_a_point_that_is_as_wrong_as_the_name_says_does_not_refute_it(
+    monkeypatch: pytest.MonkeyPatch, gain: float, stays: bool
+) -> None:
+    """``gain``: of log density at the one point that the name, which is surely better, predicts badly."""
+    model, name = with_churning(campaign())
+    model = replace(model, price=5.0)
+    folds = 24
+    bad = np.arange(folds) == 3
+
+    def has(blocks: object) -> bool:
+        return any(b.regressor.effect == name.effect for b in blocks)  # type: ignore[attr-defined]
+
+    def squares(_bank: object, blocks: object, *_rest: object) -> FloatArray:
+        return np.where(bad & has(blocks), 900.0, 100.0)
+
+    def density(_model: object, blocks: object) -> FloatArray:
+        return np.where(bad, gain if has(blocks) else 0.0, 0.0)
+
+    monkeypatch.setattr(refuted, "squares", squares)
+    monkeypatch.setattr(refuted, "density", density)
+    monkeypatch.setattr(refuted, "carried", lambda *_args: np.zeros(folds))
+    monkeypatch.setattr(refuted, "_surely_better", lambda *_args: True)
+    assert refuted.not_refuted(model, [name]) == ([name] if stays else [])
+
+
 def test_a_name_is_asked_again_without_the_function_that_took_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """A name goes beside a function without a name; when points left out refute the function, the name stands."""
     frame = campaign()
