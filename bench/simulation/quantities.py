@@ -41,6 +41,15 @@ class Quantity:
     values: Callable[[Frame], FloatArray]
 
 
+def _above_last(words: str, seconds: float) -> Quantity:
+    """The temperature above its own average (first-order lag of so many ``seconds``) over the campaign."""
+    return Quantity(
+        f"temperature above that of the last {words}",
+        "K",
+        lambda f: f.temperature - campaign_lag(f.temperature, f, seconds),
+    )
+
+
 QUANTITIES: dict[str, Quantity] = {
     "speed": Quantity("speed", "rad/s", lambda f: np.abs(f.velocity)),
     "velocity": Quantity("velocity", "rad/s", lambda f: f.velocity),
@@ -48,21 +57,9 @@ QUANTITIES: dict[str, Quantity] = {
     "load": Quantity("size of the load torque", "N*m", lambda f: np.abs(f.torque_level)),
     "load_motor_torque": Quantity("load motor's torque", "N*m", lambda f: f.load_motor_level),
     "temperature": Quantity("temperature", "degC", lambda f: f.temperature),
-    "quick_warming": Quantity(
-        "temperature above that of the last two minutes",
-        "K",
-        lambda f: f.temperature - campaign_lag(f.temperature, f, QUICK_WARMING_S),
-    ),
-    "warming": Quantity(
-        "temperature above that of the last minutes",
-        "K",
-        lambda f: f.temperature - campaign_lag(f.temperature, f, WARMING_S),
-    ),
-    "slow_warming": Quantity(
-        "temperature above that of the last half hour",
-        "K",
-        lambda f: f.temperature - campaign_lag(f.temperature, f, SLOW_WARMING_S),
-    ),
+    "quick_warming": _above_last("two minutes", QUICK_WARMING_S),
+    "warming": _above_last("minutes", WARMING_S),
+    "slow_warming": _above_last("half hour", SLOW_WARMING_S),
     "time": Quantity("time", "s", lambda f: f.time),
     "travel": Quantity("distance run", "rad", lambda f: f.travel),
     "angle": Quantity("output angle", "rad", lambda f: np.mod(f.q, 2.0 * np.pi)),

@@ -182,19 +182,24 @@ def no_mere_form(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
     form may be off, and depend on a quantity of the name. Tables with a name of their own are such functions as well
     where they depend on a quantity of the same kind: while a gearbox warms up, time says what its temperature does.
     """
-    functions = [c for c in chosen if c.effect == UNKNOWN or isinstance(c.main.regressor, Free)]
-    if not functions:
-        return list(chosen)
-    sizes = {id(c): _strength_among(search, chosen, c).acts for c in chosen}
+    names = [c for c in chosen if c.effect != UNKNOWN]
 
-    def form_of(name: Chosen, one: Chosen) -> bool:
-        if name is one or name.effect == UNKNOWN or sizes[id(one)] >= criteria.SHAPE * sizes[id(name)]:
-            return False
+    def like(one: Chosen) -> list[Chosen]:
         if one.effect == UNKNOWN:
-            return bool(_quantities(name) & _quantities(one))
-        return bool(kinds_of(name.main.regressor) & kinds_of(one.main.regressor))
+            return [c for c in names if _quantities(c) & _quantities(one)]
+        if isinstance(one.main.regressor, Free):
+            kinds = kinds_of(one.main.regressor)
+            return [c for c in names if c is not one and kinds_of(c.main.regressor) & kinds]
+        return []
 
-    return [c for c in chosen if not (any(c is f for f in functions) and any(form_of(name, c) for name in chosen))]
+    def size(one: Chosen) -> float:
+        return _strength_among(search, chosen, one).acts
+
+    def is_form(one: Chosen) -> bool:
+        largest = max((size(name) for name in like(one)), default=0.0)
+        return largest > 0.0 and size(one) < criteria.SHAPE * largest
+
+    return [c for c in chosen if not is_form(c)]
 
 
 def _quantities(one: Chosen) -> set[str]:

@@ -51,9 +51,9 @@ def not_refuted(model: ChannelModel, chosen: Sequence[Chosen]) -> list[Chosen]:
             # a name may show in heating runs alone, whose zeros nothing tells: beside these it is asked again if it is
             # surely better, where it is not as wrong as it says it may be; a function without a name is whatever
             # follows these recordings
-            if worse[0] > 0.0 and c.effect != UNKNOWN and _surely_better(model, blocks, others):
-                foreseen = density(model, blocks) - density(model, others) > model.price
-                worse = _worse(left(blocks, True), left(others, True), spared & ~foreseen, model.price, one)
+            gain = _sure_gain(model, blocks, others) if worse[0] > 0.0 and c.effect != UNKNOWN else None
+            if gain is not None:
+                worse = _worse(left(blocks, True), left(others, True), spared & (gain <= model.price), model.price, one)
             found.append(worse)
         worst = int(np.argmax([beyond for beyond, _ in found]))
         beyond, ratio = found[worst]
@@ -86,14 +86,16 @@ def _worse(
     return 0.5 * float((whole - squared)[counted].sum()) - price, ratio
 
 
-def _surely_better(model: ChannelModel, blocks: Sequence[Block], others: Sequence[Block]) -> bool:
-    """Whether some blocks would predict points left out better than others, had these been drawn again, but for the
-    error rate.
+def _sure_gain(model: ChannelModel, blocks: Sequence[Block], others: Sequence[Block]) -> FloatArray | None:
+    """Log density that some blocks gain over others at each point left out (folds,); None unless they would predict
+    these better, had these been drawn again, but for the error rate.
     """
     if not model.problem.spec.integral or not any(b.regressor.effect == NUISANCE for b in blocks):
-        return False
+        return None
     densities = np.array([density(model, some) for some in (blocks, others)])
-    return float(weights(densities, 0)[0]) >= 1.0 - criteria.ERROR_RATE
+    if float(weights(densities, 0)[0]) < 1.0 - criteria.ERROR_RATE:
+        return None
+    return np.asarray(densities[0] - densities[1])
 
 
 def borne_out(model: ChannelModel) -> list[Chosen]:

@@ -37,6 +37,14 @@ def _degrees(values: FloatArray) -> FloatArray:
 _SPEED = Variable(VELOCITY, "speed / (deg/s)", lambda f: _degrees(np.abs(f.velocity)))
 _TORQUE = Variable(TORQUE, "load torque / N·m", lambda f: f.torque_level)
 _START = Variable("", "time since the recording began / s", lambda f: f.elapsed, words="in the time after a start")
+
+
+def _warming(name: str, what: str) -> Variable:
+    """How much warmer the lubricant is than it was, while ``what`` warms up."""
+    label = f"{QUANTITIES[name].label} / {QUANTITIES[name].unit}"
+    return Variable("", label, lambda f: quantity(name, f), words=f"while the {what} warms up or cools down")
+
+
 VARIABLES: dict[str, Variable] = {
     "speed": _SPEED,
     "velocity": Variable(VELOCITY, "velocity / (deg/s)", lambda f: _degrees(f.velocity)),
@@ -50,24 +58,9 @@ VARIABLES: dict[str, Variable] = {
         "", "change of the load torque / (N·m/s)", lambda f: f.torque_rate, words="where the load changes"
     ),
     "temperature": Variable(TEMPERATURE, "lubricant temperature / °C", lambda f: f.temperature),
-    "quick_warming": Variable(
-        "",
-        "temperature above that of the last two minutes / K",
-        lambda f: quantity("quick_warming", f),
-        words="while the gearbox warms up or cools down",
-    ),
-    "warming": Variable(
-        "",
-        "temperature above that of the last minutes / K",
-        lambda f: quantity("warming", f),
-        words="while the gearbox warms up or cools down",
-    ),
-    "slow_warming": Variable(
-        "",
-        "temperature above that of the last half hour / K",
-        lambda f: quantity("slow_warming", f),
-        words="while the bench warms up or cools down",
-    ),
+    "quick_warming": _warming("quick_warming", "gearbox"),
+    "warming": _warming("warming", "gearbox"),
+    "slow_warming": _warming("slow_warming", "bench"),
     "time": Variable(TIME, "time since the campaign began / h", lambda f: f.time / SECONDS_AN_HOUR),
     "travel": Variable(TIME, "distance run / revolutions", lambda f: f.travel / (2.0 * np.pi)),
     "angle": Variable(ANGLE, "output angle / deg", lambda f: _degrees(np.mod(f.theta, 2.0 * np.pi))),

@@ -59,9 +59,9 @@ def measured(excess: FloatArray, step: float, seed: int) -> SpectralLine:
     )
 
 
-def mean_square(excess: FloatArray, offset: float, step: float) -> float:
-    """Mean square of a line at an ``offset`` with power densities (3,) beyond the noise."""
-    return float(max(excess.sum(), 0.0) * step * NOISE_BANDWIDTH / _response(offset).sum())
+def mean_square(excess: FloatArray, offset: float, step: float) -> FloatArray:
+    """Mean squares (...) of a line at an ``offset`` with power densities (..., 3) beyond the noise."""
+    return np.asarray(np.maximum(excess.sum(axis=-1), 0.0) * step * NOISE_BANDWIDTH / _response(offset).sum())
 
 
 def _line(excess: FloatArray, known: NDArray[np.bool_], step: float, offset: float | None) -> tuple[float, FloatArray]:
@@ -71,10 +71,8 @@ def _line(excess: FloatArray, known: NDArray[np.bool_], step: float, offset: flo
         # (W(d - 1) - W(d + 1)) / W(d) = 6 d / (4 - d²)
         ratio = (high - low) / max(low, middle, high, 1e-300)
         offset = float(np.clip(4.0 * ratio / (np.sqrt(9.0 + 4.0 * ratio**2) + 3.0), -0.5, 0.5))
-    response = _response(offset)
-    by_middle = excess[:, 1] / response[1]
-    by_all = excess.sum(axis=1) / response.sum()
-    squares = NOISE_BANDWIDTH * step * np.maximum(np.where(known, by_all, by_middle), 0.0)
+    by_middle = np.maximum(excess[:, 1], 0.0) * step * NOISE_BANDWIDTH / _response(offset)[1]
+    squares = np.where(known, mean_square(excess, offset, step), by_middle)
     # a recording in which something covers the line has it as the others have
     return offset, np.where(np.isfinite(squares), squares, np.nanmedian(squares))
 

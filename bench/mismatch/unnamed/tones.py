@@ -114,7 +114,7 @@ def _mean_square(one: Density, frequency: float) -> float:
     if not 0 < at < one.power.size - 1:
         return 0.0
     beyond = np.asarray(one.power[at - 1 : at + 2], dtype=np.float64) - float(np.median(near))
-    return mean_square(beyond, frequency / one.step - at, one.step)
+    return float(mean_square(beyond, frequency / one.step - at, one.step))
 
 
 def _lines(power: FloatArray, bins: IntArray, first: int) -> tuple[NDArray[np.bool_], FloatArray]:

@@ -244,13 +244,9 @@ def test_a_point_that_is_as_wrong_as_the_name_says_does_not_refute_it(
     def squares(_bank: object, blocks: object, *_rest: object) -> FloatArray:
         return np.where(bad & has(blocks), 900.0, 100.0)
 
-    def density(_model: object, blocks: object) -> FloatArray:
-        return np.where(bad, gain if has(blocks) else 0.0, 0.0)
-
     monkeypatch.setattr(refuted, "squares", squares)
-    monkeypatch.setattr(refuted, "density", density)
     monkeypatch.setattr(refuted, "carried", lambda *_args: np.zeros(folds))
-    monkeypatch.setattr(refuted, "_surely_better", lambda *_args: True)
+    monkeypatch.setattr(refuted, "_sure_gain", lambda *_args: np.where(bad, gain, 0.0))
     assert refuted.not_refuted(model, [name]) == ([name] if stays else [])
 
 
