@@ -85,7 +85,9 @@ def _discovery(
     wide = std if by_itself is None else by_itself.widened(std)
     course = excess_of(model, tested, frame, number)
     angles, orders = _over_angle(regressor, course, frame, number)
-    sure = sure_of_name(status, strained(regressor, model.problem.rows.frame), coefficients, std)
+    sure = sure_of_name(
+        status, strained(regressor, model.problem.rows.frame), *size_of_term(regressor, coefficients, std)
+    )
     if sure < 1.0:
         model.notes.append(
             f"{regressor.words}: its numbers stand at an end of their range, or may be nothing by their standard"
@@ -177,6 +179,16 @@ def _confidence(slot: Slot, status: str, as_good: Sequence[Contender], sure: flo
     else:
         share = slot.weight
     return float(min(max(share * (1.0 - slot.p_value), 0.0), 1.0)) * sure
+
+
+def size_of_term(regressor: Regressor, coefficients: FloatArray, std: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Numbers (k,) that are all zero where a term is nothing, and their standard deviations (k,), infinite where the
+    recordings do not tell one: its coefficients; of a term with the coefficient of another its nonlinear parameters.
+    """
+    if isinstance(regressor, Named) and regressor.form.shares and regressor.point:
+        deviation = regressor.deviation or (None,) * len(regressor.point)
+        return np.asarray(regressor.point), np.array([np.inf if d is None else d for d in deviation])
+    return coefficients, std
 
 
 def sure_of_name(status: str, at_the_end: bool, coefficients: FloatArray, std: FloatArray) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bench.mismatch.discovery import AMBIGUOUS, NAMED
-from bench.mismatch.regression.discoveries import sure_of_name
+from bench.mismatch.regression.discoveries import size_of_term, sure_of_name
 from bench.mismatch.regression.model import add_block, fit_blocks
 from bench.mismatch.regression.refine import bounds, projector, refined, strained
 from bench.mismatch.regression.regressors import Named, named
@@ -96,6 +96,14 @@ def test_a_parameter_at_the_end_of_its_range_has_no_deviation() -> None:
 def test_a_name_is_half_as_sure_where_it_may_be_another(at_the_end: bool, size: float, left: float) -> None:
     assert sure_of_name(NAMED, at_the_end, np.array([0.0, size]), np.array([0.02, 0.02])) == left
     assert sure_of_name(AMBIGUOUS, at_the_end, np.array([0.0, size]), np.array([0.02, 0.02])) == 1.0
+
+
+@pytest.mark.parametrize(("deviation", "left"), [(1.6, 0.5), (0.2, 1.0), (None, 0.5)])
+def test_a_lag_of_the_sensor_is_nothing_where_its_time_may_be_zero(deviation: float | None, left: float) -> None:
+    # its coefficient is one over the heat capacity, which is sure whatever the lag is
+    term = LIBRARY["thermal.sensor_lag"]
+    lag = Named(term, "temperature", term.forms["temperature"][0], (1.7,), (deviation,))
+    assert sure_of_name(NAMED, False, *size_of_term(lag, np.array([2e-5]), np.array([1e-7]))) == left
 
 
 def test_a_deviation_stands_in_the_report_and_in_the_file() -> None:
