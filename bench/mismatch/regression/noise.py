@@ -30,6 +30,8 @@ LOWEST_HZ = 0.15
 FEWEST_SPECTRA = 3
 ALIKE_RAD = 0.1
 """angle over which an error of a series stays alike: a period of order sixty"""
+NORMAL_QUARTILES = 1.349
+"""distance of the quartiles of a normal distribution, in standard deviations"""
 CLASSES = 3
 """kinds of motion with a scatter of their own: steady, changing, just after a start or reversal"""
 _FEWEST = 30
@@ -172,6 +174,26 @@ def middle_variance(variance: FloatArray, freedom: FloatArray) -> float:
     return float(np.median(variance / (1.0 - 2.0 / (9.0 * freedom)) ** 3)) if variance.size else 0.0
 
 
+def middles(variances: Sequence[FloatArray]) -> FloatArray:
+    """Middle of each recording's estimates of a variance, as that of chi-squares whose degrees of freedom their scatter
+    tells.
+
+    A transmitter that reads a few times a second repeats its readings: a row of hundreds of samples holds two or three.
+    The cube root of a chi-square of k degrees of freedom over k is normal, its mean 1 - x and its variance
+    x = 2/(9 k) (Wilson and Hilferty, PNAS 17 (1931) 684).
+    """
+    roots = [np.cbrt(values) for values in variances]
+    middles = np.asarray([np.median(root) for root in roots])
+    relative = [root / middle for root, middle in zip(roots, middles, strict=True) if middle > 0.0]
+    if not relative:
+        return np.zeros(len(roots))
+    low, high = np.quantile(np.concatenate(relative), [0.25, 0.75])
+    spread = ((high - low) / NORMAL_QUARTILES) ** 2
+    # x/(1 - x)**2 = spread
+    x = 2.0 * spread / (2.0 * spread + 1.0 + np.sqrt(4.0 * spread + 1.0))
+    return np.asarray((middles / (1.0 - x)) ** 3)
+
+
 def of_samples(within: FloatArray, number: FloatArray) -> float:
     """Variance of a sample, from the variance ``within`` rows (n,) of a ``number`` of samples each, more than one."""
     freedom = number - 1.0
@@ -211,7 +233,8 @@ def plain_mixture(rows: Rows, residual: FloatArray, slow: bool = False) -> Mixtu
     design = np.vstack([design / measured[:, None] for design, measured in equations])
     inside = rows.number > 1.5
     if slow and inside.any():
-        scatter = of_samples(rows.within[inside], rows.number[inside])
+        variances = rows.within[inside] * rows.number[inside] / (rows.number[inside] - 1.0)
+        scatter = float(middles([variances])[0])
         sample = float(np.median([measured[0] for _, measured in equations])) + scatter
         of_sample = np.append(np.ones(1 + len(MEMORIES_S)), 0.0) / max(sample, 1e-300)
         design = np.vstack([design, of_sample])

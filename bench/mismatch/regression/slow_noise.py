@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from bench.mismatch.regression.noise import middle_variance
+from bench.mismatch.regression.noise import middle_variance, middles
 from bench.mismatch.regression.problem import ChannelProblem
 from bench.simulation.frame import FloatArray, IntArray
 
 WINDOW = 9
 """rows of two seconds through which a parabola is laid"""
-NORMAL_QUARTILES = 1.349
-"""distance of the quartiles of a normal distribution, in standard deviations"""
 ROUNDING = 1e-12
 """variance about parabolas, over that of the channel, below which it is rounding of the arithmetic and no noise"""
 
@@ -26,31 +22,11 @@ def scattered(problem: ChannelProblem) -> tuple[float, float | None]:
     """
     rows = problem.rows
     recordings = _rows_of_recordings(problem)
-    inside = _middles([rows.within[c] * rows.number[c] / (rows.number[c] - 1.0) for c in recordings])
+    inside = middles([rows.within[c] * rows.number[c] / (rows.number[c] - 1.0) for c in recordings])
     squares = inside + np.asarray([_about_parabolas(rows.y[c]) for c in recordings])
     spread = float(1.4826 * np.median(np.abs(squares - np.median(squares))) / np.sqrt(max(squares.size, 1)))
     floor = float(np.sqrt(np.median(squares)))
     return floor, (1.2533 * spread / (2.0 * floor) if floor > 0.0 and squares.size > 2 else None)
-
-
-def _middles(variances: Sequence[FloatArray]) -> FloatArray:
-    """Middle of each recording's estimates of a variance, as that of chi-squares whose degrees of freedom their scatter
-    tells.
-
-    A transmitter that reads a few times a second repeats its readings: a row of hundreds of samples holds two or three.
-    The cube root of a chi-square of k degrees of freedom over k is normal, its mean 1 - x and its variance
-    x = 2/(9 k) (Wilson and Hilferty, PNAS 17 (1931) 684).
-    """
-    roots = [np.cbrt(values) for values in variances]
-    middles = np.asarray([np.median(root) for root in roots])
-    relative = [root / middle for root, middle in zip(roots, middles, strict=True) if middle > 0.0]
-    if not relative:
-        return np.zeros(len(roots))
-    low, high = np.quantile(np.concatenate(relative), [0.25, 0.75])
-    spread = ((high - low) / NORMAL_QUARTILES) ** 2
-    # x/(1 - x)**2 = spread
-    x = 2.0 * spread / (2.0 * spread + 1.0 + np.sqrt(4.0 * spread + 1.0))
-    return np.asarray((middles / (1.0 - x)) ** 3)
 
 
 def of_a_row(problem: ChannelProblem) -> float | None:
