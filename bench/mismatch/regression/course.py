@@ -58,14 +58,23 @@ def columns_at(regressor: Regressor, frame: Frame, chosen: IntArray) -> FloatArr
     return np.vstack(parts)
 
 
+def best_coefficients(
+    values: FloatArray, regressors: Sequence[Regressor], frame: Frame, number: FloatArray
+) -> FloatArray:
+    """Coefficients (k,) with which ``regressors`` say the most of ``values`` (n,), rows of ``number`` (n,) samples."""
+    if not regressors:
+        return np.zeros(0)
+    normal = Normal()
+    for rows, columns in by_group(regressors, frame):
+        normal.add(columns, values[rows], number[rows])
+    return normal.coefficients()
+
+
 def beyond(values: FloatArray, regressors: Sequence[Regressor], frame: Frame, number: FloatArray) -> FloatArray:
     """Part of ``values`` (n,) that ``regressors`` do not say; see :func:`bench.mismatch.regression.excess.excess`."""
     if not regressors:
         return values
-    normal = Normal()
-    for rows, columns in by_group(regressors, frame):
-        normal.add(columns, values[rows], number[rows])
-    beta = normal.coefficients()
+    beta = best_coefficients(values, regressors, frame, number)
     out = values.copy()
     for rows, columns in by_group(regressors, frame):
         out[rows] -= np.hstack(columns) @ beta

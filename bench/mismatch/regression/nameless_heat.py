@@ -9,6 +9,7 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.regression.model import ChannelModel, Chosen
+from bench.mismatch.regression.nameless import NamelessCourse
 from bench.mismatch.regression.problem import BaseTerm, Untold, fixed_part
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.memory import integral
@@ -26,17 +27,16 @@ class NamelessHeat(Untold):
     an effect in the temperature is looked for beside either.
     """
 
-    model: ChannelModel
-    nameless: tuple[Chosen, ...]
+    course: NamelessCourse
     words: str = "heat of what the motor torque has without a name"
     equation: str = "dT/dt += dtau_m*w_m/C"
 
     def columns(self, frame: Frame) -> FloatArray:
         """Integrals of both powers (n, 2)."""
-        nameless_torque = self.model.sum_of(self.nameless, frame)
-        fixed = fixed_part(MOTOR_TORQUE, frame, self.model.problem.switched_off)
-        left = np.where(frame.direction != 0, frame.motor_torque - fixed - self.model.predict(frame), 0.0)
-        return _heat_of((nameless_torque, left), frame)
+        model = self.course.model
+        fixed = fixed_part(MOTOR_TORQUE, frame, model.problem.switched_off)
+        left = np.where(frame.direction != 0, frame.motor_torque - fixed - model.predict(frame), 0.0)
+        return _heat_of((self.course.at(frame), left), frame)
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,14 +68,13 @@ class NamelessLoadHeat(Untold):
     that was never there.
     """
 
-    model: ChannelModel
-    nameless: tuple[Chosen, ...]
+    course: NamelessCourse
     words: str = "heat of what the load torque has without a name"
     equation: str = "dT/dt += dtau*dq/C"
 
     def columns(self, frame: Frame) -> FloatArray:
         """Integral of the power (n, 1)."""
-        return integral(self.model.sum_of(self.nameless, frame) * frame.velocity, frame)[:, None]
+        return integral(self.course.at(frame) * frame.velocity, frame)[:, None]
 
 
 def _heat_of(torques: Sequence[FloatArray], frame: Frame) -> FloatArray:
@@ -88,8 +87,9 @@ def nameless_load_heat(model: ChannelModel, capacity: float) -> tuple[BaseTerm, 
     """The base term of the temperature for a model of the load torque and a heat capacity (J/K); none where all that
     the torque has is named.
     """
-    nameless = model.nameless
-    return (BaseTerm(NamelessLoadHeat(model, nameless), (capacity**2,)),) if nameless else ()
+    if not model.nameless:
+        return ()
+    return (BaseTerm(NamelessLoadHeat(NamelessCourse.of(model)), (capacity**2,)),)
 
 
 def gain_heat(model: ChannelModel, capacity: float) -> tuple[BaseTerm, ...]:
@@ -105,7 +105,6 @@ def nameless_heat(model: ChannelModel, capacity: float) -> tuple[BaseTerm, ...]:
     """The base term of the temperature for a model of the motor torque and a heat capacity (J/K); none where all that
     the torque has is named.
     """
-    nameless = model.nameless
-    if not nameless:
+    if not model.nameless:
         return ()
-    return (BaseTerm(NamelessHeat(model, nameless), (capacity**2, capacity**2)),)
+    return (BaseTerm(NamelessHeat(NamelessCourse.of(model)), (capacity**2, capacity**2)),)

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bench.mismatch.regression.model import ChannelModel, Chosen
+from bench.mismatch.regression.model import ChannelModel
+from bench.mismatch.regression.nameless import NamelessCourse
 from bench.mismatch.regression.problem import BaseTerm, Untold
 from bench.simulation.frame import FloatArray, Frame
 
@@ -16,14 +17,13 @@ from bench.simulation.frame import FloatArray, Frame
 class NamelessLoad(Untold):
     """What the load torque has without a name, N·m; its coefficient is free: nothing tells an error from a load."""
 
-    model: ChannelModel
-    nameless: tuple[Chosen, ...]
+    course: NamelessCourse
     words: str = "what the load torque has without a name"
     equation: str = "TE += dtau/K, tau_m += dtau/u"
 
     def columns(self, frame: Frame) -> FloatArray:
         """Sum of the functions without a name at the rows of a frame (n, 1)."""
-        return self.model.sum_of(self.nameless, frame)[:, None]
+        return self.course.at(frame)[:, None]
 
 
 def nameless_load(model: ChannelModel, most: float | None = None) -> tuple[BaseTerm, ...]:
@@ -31,6 +31,5 @@ def nameless_load(model: ChannelModel, most: float | None = None) -> tuple[BaseT
 
     ``most``: prior standard deviation of its coefficient, 1/u in the motor torque; None where it is free.
     """
-    nameless = model.nameless
     precision = () if most is None else (1.0 / most**2,)
-    return (BaseTerm(NamelessLoad(model, nameless), precision),) if nameless else ()
+    return (BaseTerm(NamelessLoad(NamelessCourse.of(model)), precision),) if model.nameless else ()

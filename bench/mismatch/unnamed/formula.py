@@ -169,7 +169,7 @@ class _Judge:
             if kept is None or kept.length > best.length:
                 break
             best = kept
-        if best is None or any(c.positive and c.std is None for c in best.equation.constants):
+        if best is None or any(c.std is None for c in best.equation.constants):
             return None
         return best
 

@@ -41,7 +41,8 @@ def straight(number: int) -> list[algebra.Sum]:
 
 def elementary() -> list[algebra.Sum]:
     """Laws of one quantity that physics is full of, each beside a straight line: powers, saturation, decay, a
-    hyperbola, a peak, a wave. Constants begin at the middle of the range.
+    hyperbola, a peak, a wave; what rises to a largest value and falls again, as the torque of an eddy-current brake
+    over its speed (Kloss) and a loss over frequency (Debye). Constants begin at the middle of the range.
     """
     x, line = algebra.quantity(0), straight(1)[0]
     third = algebra.times({algebra.ONE: 3.0}, x)
@@ -52,6 +53,8 @@ def elementary() -> list[algebra.Sum]:
         algebra.function("tanh", third),
         algebra.function("inv", algebra.plus({algebra.ONE: 1.0}, third)),
     ]
+    square = algebra.times({algebra.ONE: 9.0}, algebra.times(x, x))
+    made.append(algebra.times(x, algebra.function("inv", algebra.plus({algebra.ONE: 1.0}, square))))
     peak = algebra.plus(algebra.times({algebra.ONE: -9.0}, algebra.times(x, x)), algebra.times({algebra.ONE: 9.0}, x))
     made.append(algebra.function("exp", peak))
     made += [

@@ -8,6 +8,7 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.regression.model import Chosen, add_block
+from bench.mismatch.regression.nameless import NamelessCourse
 from bench.mismatch.regression.nameless_heat import gain_heat, nameless_heat
 from bench.mismatch.regression.problem import NUISANCE
 from bench.mismatch.regression.regressors import Free, named
@@ -32,9 +33,11 @@ def test_heat_without_a_name_is_that_of_the_function_and_of_what_is_left() -> No
     assert term.regressor.effect == NUISANCE
     told, left = term.regressor.columns(frame).T
     sign = np.sign(y * frame.omega)
+    course = NamelessCourse.of(model).at(frame)
+    assert np.corrcoef(course, report)[0, 1] > 0.95
     for number in (0, 7, 23):
         rows = frame.recording == number
-        power = (sign * model.contribution(function, frame) * frame.omega)[rows]
+        power = (sign * course * frame.omega)[rows]
         heat = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * frame.step[rows][1:])])
         assert np.allclose(told[rows], heat)
     assert np.abs(left).max() < 0.1 * np.abs(told).max()

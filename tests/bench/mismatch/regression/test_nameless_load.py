@@ -7,10 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from bench.mismatch.regression.model import Chosen, add_block
+from bench.mismatch.regression.nameless import NamelessCourse
 from bench.mismatch.regression.nameless_load import nameless_load
 from bench.mismatch.regression.problem import NUISANCE
 from bench.mismatch.regression.regressors import Free, named
 from bench.mismatch.regression.search import begun
+from bench.mismatch.unnamed.formula_regressor import Equation
+from bench.simulation.formulas import Formula
 from bench.simulation.tables import Grid
 from bench.simulation.terms import MOTOR_TORQUE
 from tests.bench.mismatch.regression.synthetic import campaign, problem
@@ -28,6 +31,28 @@ def test_the_twist_of_what_has_no_name_is_a_column_of_its_own() -> None:
     (term,) = nameless_load(model)
     assert term.regressor.effect == NUISANCE
     (column,) = term.regressor.columns(frame).T
-    assert np.allclose(column, model.contribution(function, frame))
+    course = model.contribution(function, frame)
+    said = np.hstack([b.regressor.columns(frame) for b in model.base])
+    assert np.allclose(column, course - said @ np.linalg.lstsq(said, course, rcond=None)[0], atol=1e-6)
     assert np.ptp(column) > 2.0
     assert nameless_load(replace(model, chosen=[churn], fit=model.refitted([churn]))) == ()
+
+
+def test_a_part_that_the_simulation_has_is_no_part_of_it() -> None:
+    """A formula with a constant beside Coulomb friction: nothing tells the one from the other."""
+    frame = campaign()
+    speed = np.abs(frame.velocity)
+    brake = 8.0 * speed / (1.0 + (speed / 0.3) ** 2)
+    own = problem(frame, frame.direction * (0.6 + brake) + np.random.default_rng(1).normal(0.0, 0.01, frame.size))
+    search = begun(own)
+    formula = Formula(("speed",), ((0.0, 2.0),), (("d", "1"), ("d", "x1/(1 + (x1/s1)**2)")), (("s1", 0.3),))
+    function = Chosen(add_block(own, search.model.bank, Equation(MOTOR_TORQUE, formula, ("N*m", "N*m*s/rad"))))
+    model = replace(search.model, chosen=[function], fit=search.model.refitted([function]))
+    friction = frame.direction.astype(float)
+    constant = model.fit.of(function.main.indices)[0][0]
+    assert constant > 0.1  # as much of the constant as the fit happens to give it
+    column = NamelessCourse.of(model).at(frame)
+    said = np.hstack([b.regressor.columns(frame) for b in model.base])
+    left = brake * friction
+    left = left - said @ np.linalg.lstsq(said, left, rcond=None)[0]
+    assert np.allclose(column, left, atol=0.1 * np.abs(left).max())

@@ -1,0 +1,49 @@
+"""What a channel has without a name, less what the recalibrated simulation may say of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bench.mismatch.regression.course import added, best_coefficients
+from bench.mismatch.regression.model import Block, ChannelModel
+from bench.mismatch.regression.problem import NUISANCE
+from bench.simulation.frame import FloatArray, Frame
+
+
+@dataclass(frozen=True, slots=True)
+class NamelessCourse:
+    """Sum of a model's effects without a name, less the part that the simulation's ``base`` says with ``coefficients``
+    (k,).
+
+    Nothing tells such a part from the base: a table says nothing of it, but a formula may with any coefficient. In
+    another channel it would stand for what the simulation has there, however much of it.
+    """
+
+    model: ChannelModel
+    base: tuple[Block, ...]
+    coefficients: FloatArray
+
+    @classmethod
+    def of(cls, model: ChannelModel) -> NamelessCourse:
+        """The course of a model; the base's part by the rows it was fitted to, each sample counted alike."""
+        problem = model.problem
+        frame = problem.rows.frame
+        base = tuple(b for b in model.base if b.regressor.effect != NUISANCE)
+        number = np.where(problem.train, problem.rows.number, 0.0)
+        course = model.sum_of(model.nameless, frame)
+        return cls(model, base, best_coefficients(course, [b.regressor for b in base], frame, number))
+
+    def at(self, frame: Frame) -> FloatArray:
+        """The course at the rows of a frame (n,)."""
+        out = self.model.sum_of(self.model.nameless, frame)
+        for block, of_block in zip(self.base, _split(self.coefficients, self.base), strict=True):
+            out = out - added(block.regressor, frame, of_block)
+        return out
+
+
+def _split(coefficients: FloatArray, blocks: Sequence[Block]) -> list[FloatArray]:
+    """Coefficients (k,) of each of some blocks."""
+    return np.split(coefficients, np.cumsum([len(b.indices) for b in blocks])[:-1]) if blocks else []
