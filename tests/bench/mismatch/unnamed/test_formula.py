@@ -66,6 +66,11 @@ LAWS: dict[str, tuple[Law, str, dict[str, tuple[float, str]]]] = {
         "motor_torque += d*c1*exp(-pressure/s1)",
         {"c1": (-0.5, "N*m"), "s1": (1.2, "bar")},
     ),
+    "brake": (
+        lambda d, p: 0.6 * d * p / (1.0 + (p / 1.5) ** 2),
+        "motor_torque += d*c1*pressure/(1 + (pressure/s1)^2)",
+        {"c1": (0.6, "N*m/bar"), "s1": (1.5, "bar")},
+    ),
     "peak": (
         lambda d, p: 0.4 * d * np.exp(-(((p - 2.5) / 0.7) ** 2)),
         "motor_torque += d*c1*exp(-((pressure - m1)/s2)^2)",
