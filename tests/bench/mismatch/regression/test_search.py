@@ -10,6 +10,7 @@ import pytest
 from bench.mismatch.regression import search as search_of_a_channel
 from bench.mismatch.regression.folds import squares
 from bench.mismatch.regression.problem import ChannelProblem
+from bench.mismatch.regression.regressors import Named
 from bench.mismatch.regression.search import searched
 from bench.mismatch.regression.spells import levels_of, spell_of
 from bench.mismatch.regression.state import Search
@@ -77,6 +78,19 @@ def test_a_hump_at_one_speed_is_a_function_of_the_speed_and_no_stribeck_curve() 
     found = searched(made(hump)).model
     assert {c.main.regressor.variables for c in found.chosen} == {("speed",)}
     assert {c.effect for c in found.chosen} == {"unknown"}
+
+
+def test_a_film_that_grows_with_the_speed_is_friction_that_follows_the_viscosity() -> None:
+    """A bearing's drag goes with the two thirds of viscosity and speed (Palmgren): no straight line over the speed."""
+    frame = campaign(40)
+    drag = 0.02 * frame.direction * np.abs(frame.omega) ** (2.0 / 3.0) * np.exp(-0.04 * (frame.temperature - 25.0))
+    y = 0.4 * frame.direction + 0.01 * frame.omega + drag + np.random.default_rng(4).normal(0.0, 0.002, frame.size)
+    search = searched(problem(frame, y))
+    (effect,) = search.model.chosen
+    assert effect.effect == "friction.viscous_temperature"
+    assert isinstance(effect.main.regressor, Named)
+    assert effect.main.regressor.form.name == "thinning"
+    assert effect.main.regressor.point[1] == pytest.approx(2.0 / 3.0, abs=0.1)
 
 
 def test_recordings_held_out_choose_nothing() -> None:
