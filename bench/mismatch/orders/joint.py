@@ -6,7 +6,7 @@ An order was found when others were still missing, and their leakage was part of
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,27 +22,46 @@ APART = 1.0
 """orders between two that go at once: of two that say the same one may be needed"""
 
 
+Answer = Callable[[float], "Complex | complex"]
+"""what multiplies an order's vectors: in each training revolution (revolutions,), or the same in all"""
+
+
+def no_answer(_order: float) -> complex:
+    """Orders that have passed nothing."""
+    return 1.0 + 0.0j
+
+
 def is_between(order: float) -> bool:
     """Whether an order is no whole number."""
     return abs(order - round(order)) > EXACT
 
 
 def moved(
-    seen: Seen, revolutions: Sequence[Revolution], train: NDArray[np.bool_], found: Mapping[float, WeakOrder]
+    seen: Seen,
+    revolutions: Sequence[Revolution],
+    train: NDArray[np.bool_],
+    found: Mapping[float, WeakOrder],
+    answer: Answer = no_answer,
 ) -> dict[float, float]:
-    """Found orders between the whole ones that gain clearly more a little beside where they stand: old and new order.
+    """Found orders that gain clearly more a little beside where they stand: old and new order.
 
-    Of an order that is a little off, the phase runs away with the angle, from one revolution to the next.
+    Of an order that is a little off, the phase runs away with the angle, from one revolution to the next. That of a
+    whole one does so where what stands there is no whole number: it was found as a whole one that changes with the
+    state, or in some of the revolutions alone. ``answer``: what the orders have passed.
     """
     whole = Stage.of(seen, revolutions, train)
     if whole is None:
         return {}
     path = Path.of(seen, train, FARTHEST)
     out: dict[float, float] = {}
-    for order in filter(is_between, found):
-        one = _alone(whole, seen, train, order)
+    for order in found:
+        one = _alone(whole, seen, train, order, answer)
         # a found order may stand where this one should: then it goes. One that the simulation has stays
         more, gain = path.away_from(order, [f for f in seen.orders if f not in found]).followed(one)
+        if not is_between(order):
+            if more:
+                out[order] = rounded(order + more)
+            continue
         to_whole, to_part = round(order) - order, round(order * PARTS) / PARTS - order
         near = abs(to_whole) <= 1.0 / PARTS and round(order) not in seen.orders
         off = abs(to_part) > EXACT and all(abs(order + to_part - f) > EXACT for f in seen.orders)
@@ -65,14 +84,17 @@ def needless(
     train: NDArray[np.bool_],
     found: Mapping[float, WeakOrder],
     price: float,
+    answer: Answer = no_answer,
 ) -> list[float]:
-    """Found orders that gain less than noise might beside all others, the least of each neighbourhood."""
+    """Found orders that gain less than noise might beside all others, the least of each neighbourhood. ``answer``: what
+    they have passed.
+    """
     whole = Stage.of(seen, revolutions, train)
     if whole is None:
         return []
     gains = {}
     for order in found:
-        one = _alone(whole, seen, train, order)
+        one = _alone(whole, seen, train, order, answer)
         gains[order] = float(one.gains(one.vectors)[0][0])
     least = {f: price + (np.log(PARTS) if is_between(f) else 0.0) for f in gains}
     out: list[float] = []
@@ -82,9 +104,12 @@ def needless(
     return out
 
 
-def _alone(whole: Stage, seen: Seen, train: NDArray[np.bool_], order: float) -> Stage:
-    """The training revolutions at one of the orders that were fitted together, each as sure as the others leave it."""
-    scale = whole.scale / left_of(whole, order, seen.orders)
-    residual: Complex = seen.vectors[train, seen.orders.index(order)]
+def _alone(whole: Stage, seen: Seen, train: NDArray[np.bool_], order: float, answer: Answer) -> Stage:
+    """The training revolutions at one of the orders that were fitted together, before what it has passed; each as sure
+    as the others leave it.
+    """
+    by = answer(order)
+    scale = whole.scale / left_of(whole, order, seen.orders) / np.abs(by)
+    residual: Complex = seen.vectors[train, seen.orders.index(order)] / by
     sigma = whole.shape[[min(round(order), whole.shape.size - 1)]]
     return whole.rescaled((residual / scale)[:, None], scale, sigma)

@@ -96,7 +96,8 @@ def tangent(data: Amplitudes, k: int) -> tuple[FloatArray, Complex]:
         phase, amplitude = data.series.phase[side][k], data.series.amplitude[side][k]
         rotation = np.exp(1j * (basis @ phase))
         size = float(np.sqrt(np.mean(np.abs(begin[on_side]) ** 2))) if on_side.any() else 1.0
-        spread = np.concatenate([data.series.prior[:9] * size, [10.0 * size], data.series.prior[9:], [10.0]])
+        prior = data.series.prior[k]
+        spread = np.concatenate([prior[:9] * size, [10.0 * size], prior[9:], [10.0]])
         columns = np.hstack([rotation[:, None] * basis, (1j * (basis @ amplitude) * rotation)[:, None] * basis])
         columns[~on_side] = 0.0
         centre -= columns @ np.concatenate([amplitude, phase])

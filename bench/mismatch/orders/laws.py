@@ -191,13 +191,14 @@ def joined(whole: Series, part: Series) -> Series:
             out[side][columns] = values
         return out
 
-    doubt, loss = whole.doubt.copy(), whole.loss.copy()
-    doubt[:, columns], loss[columns] = part.doubt, part.loss
+    prior, doubt, loss = whole.prior.copy(), whole.doubt.copy(), whole.loss.copy()
+    prior[columns], doubt[:, columns], loss[columns] = part.prior, part.doubt, part.loss
     return replace(
         whole,
         amplitude=rows(whole.amplitude, part.amplitude),
         phase=rows(whole.phase, part.phase),
         covariance=rows(whole.covariance, part.covariance),
+        prior=prior,
         doubt=doubt,
         loss=loss,
     )

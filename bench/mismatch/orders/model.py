@@ -330,7 +330,8 @@ def calibrated_by(
     """The series of ``vectors`` (revolutions, orders) of the training revolutions whose components have ``noise``,
     before something multiplies them ``by`` a response (revolutions, orders).
     """
-    return calibrate(model.training_revolutions, vectors / by, noise / np.abs(by), orders, model.parts)
+    given = {*model.given.orders, *model.given.notch}
+    return calibrate(model.training_revolutions, vectors / by, noise / np.abs(by), orders, model.parts, given)
 
 
 def with_parts(model: TransmissionModel, periodic: Periodic) -> Periodic:

@@ -74,7 +74,7 @@ class Scaling:
 @dataclass(frozen=True, slots=True)
 class Series:
     """A calibrated series. ``amplitude`` and ``phase`` (orders, 10) a direction, in scaled monomials; ``prior``
-    spread of the coefficients over the orders (18,): nine of the amplitude (relative), nine of the phase; ``doubt``
+    (orders, 18) spread of each order's coefficients: nine of the amplitude (relative), nine of the phase; ``doubt``
     (2, orders) variance by which an order misses its polynomials, over its noise; ``loss`` (orders,) weighted squares
     and prior; ``covariance`` a direction (orders, 20, 20) of amplitude and phase together.
     """
@@ -131,6 +131,7 @@ class Series:
             amplitude=rows(self.amplitude),
             phase=rows(self.phase),
             covariance=rows(self.covariance),
+            prior=self.prior[keep],
             doubt=self.doubt[:, keep],
             loss=self.loss[keep],
         )
@@ -163,26 +164,32 @@ def calibrate(
     noise: FloatArray,
     orders: Sequence[float],
     parts: Sequence[Revolution] = (),
+    given: Collection[float] | None = None,
 ) -> Series:
     """Fit amplitude and phase polynomials to ``vectors`` (revolutions, orders) whose components have ``noise``
     (revolutions, orders). The prior is of states that vary as far as those of the ``parts`` which will refine them; it
     and the coefficients are learnt in some rounds.
+
+    ``given``: orders of the simulation (None: all). They tell a prior of their own: those of the teeth change with the
+    state, and what else stands in a gearbox, often many weak ones, hardly does.
     """
     x, direction = states(revolutions), directions(revolutions)
     sides = [s for s in (1, -1) if np.any(direction * s > 0)]
     further, its_direction = states(parts), directions(parts)
     scalings = {s: Scaling.of(x[direction * s > 0], further[its_direction * s > 0]) for s in sides}
     number = len(orders)
+    of_simulation = np.array([given is None or f in given for f in orders], dtype=bool)
+    groups = [group for group in (np.flatnonzero(of_simulation), np.flatnonzero(~of_simulation)) if group.size]
     amplitude = {s: np.zeros((number, 10)) for s in sides}
     phase = {s: np.zeros((number, 10)) for s in sides}
     covariance = {s: np.zeros((number, 20, 20)) for s in sides}
-    prior = np.concatenate([FIRST_PRIOR, 1.5 * FIRST_PRIOR])
+    prior = np.tile(np.concatenate([FIRST_PRIOR, 1.5 * FIRST_PRIOR]), (number, 1))
     doubt = np.ones((2, number))
     loss = np.zeros(number)
+    found, determined = np.zeros((len(sides), number, 18)), np.zeros((len(sides), number, 18))
     for step in range(ROUNDS):
         loss[:] = 0.0
-        found, determined = [], []
-        for side in sides:
+        for number_of_side, side in enumerate(sides):
             rows = direction * side > 0
             basis = scalings[side].monomials(x[rows])
             row = 0 if side > 0 else 1
@@ -191,21 +198,19 @@ def calibrate(
                 if step and doubt[row, k] < WILD:
                     begin = np.concatenate([amplitude[side][k], phase[side][k]])
                 spread = noise[rows, k] * np.sqrt(doubt[row, k])
-                fit = fit_order(basis, vectors[rows, k], spread, prior, begin)
+                fit = fit_order(basis, vectors[rows, k], spread, prior[k], begin)
                 loss[k] += fit.loss
                 amplitude[side][k], phase[side][k], covariance[side][k] = fit.amplitude, fit.phase, fit.covariance
                 size = mean_size(vectors[rows, k])
-                found.append(np.concatenate([fit.amplitude[:9] / size, fit.phase[:9]]))
-                determined.append(fit.determined)
+                found[number_of_side, k] = np.concatenate([fit.amplitude[:9] / size, fit.phase[:9]])
+                determined[number_of_side, k] = fit.determined
                 left = vectors[rows, k] - (basis @ fit.amplitude) * np.exp(1j * (basis @ fit.phase))
                 free = max(2.0 * rows.sum() - 2.0 - fit.determined.sum(), 2.0)
                 square = np.sum(np.abs(left) ** 2 / (noise[rows, k] ** 2 + (RELATIVE_NOISE * size) ** 2))
                 doubt[row, k] = max(1.0, float(square / free))
-        if found:
-            prior = _empirical_prior(np.asarray(found), np.asarray(determined))
-    return Series(
-        tuple(float(f) for f in orders), scalings, amplitude, phase, covariance, np.asarray(prior), doubt, loss
-    )
+        for group in groups if sides else ():
+            prior[group] = _empirical_prior(found[:, group].reshape(-1, 18), determined[:, group].reshape(-1, 18))
+    return Series(tuple(float(f) for f in orders), scalings, amplitude, phase, covariance, prior, doubt, loss)
 
 
 def _empirical_prior(found: FloatArray, determined: FloatArray) -> FloatArray:

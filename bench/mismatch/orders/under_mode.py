@@ -17,10 +17,19 @@ from numpy.typing import NDArray
 from bench.mismatch import criteria
 from bench.mismatch.orders import modes
 from bench.mismatch.orders.borne_out import borne_out
+from bench.mismatch.orders.joint import moved, needless
 from bench.mismatch.orders.law_scores import amplitudes
 from bench.mismatch.orders.laws import FoundLaw
 from bench.mismatch.orders.look import PARTS, Look
-from bench.mismatch.orders.model import ROUNDS, TransmissionModel, calibrate_all, offset_alone, steady_rows, with_noise
+from bench.mismatch.orders.model import (
+    ROUNDS,
+    SETTLINGS,
+    TransmissionModel,
+    calibrate_all,
+    offset_alone,
+    steady_rows,
+    with_noise,
+)
 from bench.mismatch.orders.modes import Mode
 from bench.mismatch.orders.periodic import Periodic
 from bench.mismatch.orders.revolutions import Complex, Seen, directions, looks, passed, seen, states
@@ -61,11 +70,12 @@ def under(model: TransmissionModel, found: FoundLaw, plain: Periodic) -> tuple[F
     least = _left(model, y, plain)
     look = _Search(model, looks(model.rows, model.revolutions))
     law, best = found.law, None
+    guess = _found(plain, look.known)
     for _ in range(PASSES):
-        best = look.once(y, law)
+        best = look.once(y, law, guess)
         if best is None:
             break
-        law = best.mode.law
+        law, guess = best.mode.law, best.orders
         assert model.periodic is not None
         y = model.rows.y - offset_alone(model, model.rows.y - model.periodic.evaluate(model.rows.frame))
     periodic = model.periodic
@@ -80,6 +90,13 @@ def under(model: TransmissionModel, found: FoundLaw, plain: Periodic) -> tuple[F
         return replace(found, law=model.laws[0], std=best.mode.std, series=periodic.series), best.without
     model.periodic, model.plain, model.seen, model.noise, model.quiet, model.laws = before
     return None
+
+
+def _found(periodic: Periodic, known: Sequence[float]) -> dict[float, WeakOrder]:
+    """Orders of what is periodic that are not ``known``."""
+    none = np.zeros(0, dtype=np.complex128)
+    beside = (f for f in periodic.series.orders if f not in known)
+    return {w.order: w for w in periodic.weak} | {f: WeakOrder(f, PLAIN[1], none, np.zeros(0), 0.0) for f in beside}
 
 
 def passes(model: TransmissionModel, stage: Stage, order: float) -> bool:
@@ -102,11 +119,14 @@ def _left(model: TransmissionModel, y: FloatArray, periodic: Periodic) -> float:
 
 @dataclass(frozen=True, slots=True)
 class _Under:
-    """A mode, what the revolutions show of the orders under it, and what is periodic without the mode."""
+    """A mode, what the revolutions show of the orders under it, what is periodic without the mode, and the orders
+    beside the known ones.
+    """
 
     mode: Mode
     seen: Seen
     without: Periodic
+    orders: dict[float, WeakOrder]
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,10 +141,12 @@ class _Search:
         given = self.model.given
         return [*given.orders, *(f for f in given.notch if f not in given.orders)]
 
-    def once(self, y: FloatArray, law: Law) -> _Under | None:
-        """Find the orders of ``y`` (n,) under a mode, then the mode anew; the model is calibrated with both."""
+    def once(self, y: FloatArray, law: Law, guess: Mapping[float, WeakOrder]) -> _Under | None:
+        """Find the orders of ``y`` (n,) under a mode from a ``guess`` on, then the mode anew; the model is calibrated
+        with both.
+        """
         model, known = self.model, self.known
-        orders = self._orders(y, law)
+        orders = self._orders(y, law, guess)
         now = seen(self.shown, model.revolutions, y, [*known, *orders])
         model.laws = ()
         calibrate_all(model, now, known, orders)
@@ -135,12 +157,12 @@ class _Search:
         none = np.zeros(len(every), dtype=np.complex128)
         model.laws = (replace(mode.law, orders=every, series=every, strength=none),)
         calibrate_all(model, now, known, orders)
-        return _Under(mode, now, without)
+        return _Under(mode, now, without, orders)
 
-    def _orders(self, y: FloatArray, law: Law) -> dict[float, WeakOrder]:
+    def _orders(self, y: FloatArray, law: Law, guess: Mapping[float, WeakOrder]) -> dict[float, WeakOrder]:
         """Orders that stand in the revolutions under a mode beside the known ones."""
         model = self.model
-        found: dict[float, WeakOrder] = {}
+        found = self._settled(y, law, dict(guess))
         for _ in range(ROUNDS):
             now = seen(self.shown, model.revolutions, y, [*self.known, *sorted(found)])
             stage = Stage.of(now, model.revolutions, model.train)
@@ -158,6 +180,27 @@ class _Search:
             if not fresh:
                 break
             found |= {w.order: w for w in fresh}
+        return self._settled(y, law, found)
+
+    def _settled(self, y: FloatArray, law: Law, found: dict[float, WeakOrder]) -> dict[float, WeakOrder]:
+        """Found orders where each gains most under a mode beside all others, without those that are needless."""
+        model = self.model
+        assert model.price is not None
+        speed = states(model.training_revolutions)[:, 1]
+
+        def answer(order: float) -> Complex:
+            return np.asarray(resonant(law.form, speed * order, law.point))
+
+        for _ in range(SETTLINGS):
+            now = seen(self.shown, model.revolutions, y, [*self.known, *sorted(found)])
+            steps = moved(now, model.revolutions, model.train, found, answer)
+            found = {steps.get(f, f): replace(w, order=steps.get(f, f)) for f, w in found.items()}
+            if steps:
+                now = seen(self.shown, model.revolutions, y, [*self.known, *sorted(found)])
+            gone = needless(now, model.revolutions, model.train, found, model.price, answer)
+            found = {f: w for f, w in found.items() if f not in gone}
+            if not steps and not gone:
+                break
         return found
 
     def _mode(self, now: Seen, orders: Mapping[float, WeakOrder], law: Law) -> Mode | None:
