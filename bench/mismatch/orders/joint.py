@@ -41,13 +41,15 @@ def moved(
     revolutions: Sequence[Revolution],
     train: NDArray[np.bool_],
     found: Mapping[float, WeakOrder],
+    price: float,
     answer: Answer = no_answer,
 ) -> dict[float, float]:
     """Found orders that gain clearly more a little beside where they stand: old and new order.
 
     Of an order that is a little off, the phase runs away with the angle, from one revolution to the next. That of a
     whole one does so where what stands there is no whole number: it was found as a whole one that changes with the
-    state, or in some of the revolutions alone. ``answer``: what the orders have passed.
+    state, or in some of the revolutions alone. Most orders are whole: it moves only where that gains as much more as an
+    order of its own has to, the ``price``. ``answer``: what the orders have passed.
     """
     whole = Stage.of(seen, revolutions, train)
     if whole is None:
@@ -59,7 +61,7 @@ def moved(
         # a found order may stand where this one should: then it goes. One that the simulation has stays
         more, gain = path.away_from(order, [f for f in seen.orders if f not in found]).followed(one)
         if not is_between(order):
-            if more:
+            if more and gain > price + float(path.gains(one, np.zeros(1))[0]):
                 out[order] = rounded(order + more)
             continue
         to_whole, to_part = round(order) - order, round(order * PARTS) / PARTS - order

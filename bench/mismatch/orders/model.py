@@ -258,7 +258,7 @@ def _settled(
     """
     assert model.price is not None
     for _ in range(SETTLINGS):
-        steps = moved(now, model.revolutions, model.train, found)
+        steps = moved(now, model.revolutions, model.train, found, model.price)
         for old, new in steps.items():
             found[new] = replace(found.pop(old), order=new)
         if steps:

@@ -193,7 +193,7 @@ class _Search:
 
         for _ in range(SETTLINGS):
             now = seen(self.shown, model.revolutions, y, [*self.known, *sorted(found)])
-            steps = moved(now, model.revolutions, model.train, found, answer)
+            steps = moved(now, model.revolutions, model.train, found, model.price, answer)
             found = {steps.get(f, f): replace(w, order=steps.get(f, f)) for f, w in found.items()}
             if steps:
                 now = seen(self.shown, model.revolutions, y, [*self.known, *sorted(found)])

@@ -23,7 +23,7 @@ def model_of(training_revolutions: Any, data: Amplitudes) -> TransmissionModel:
     """What a search asks of a model: the revolutions' vectors, their noise, the series calibrated on them."""
     seen = SimpleNamespace(orders=ORDERS, vectors=data.vectors, noise=lambda orders: np.full(data.vectors.shape, NOISE))
     train = np.ones(len(training_revolutions), dtype=bool)
-    given = SimpleNamespace(notch=())
+    given = SimpleNamespace(orders=ORDERS, notch=())
     periodic = Periodic(data.series)
     return cast(
         "Any",

@@ -77,7 +77,8 @@ def passed(form: str, natural: float, damping: float, share: float, seed: int) -
     time = np.arange(len(revolutions), dtype=np.float64)
     direction = np.array([t.direction for t in revolutions])
     data = Amplitudes(vectors, noise, x, direction, time, ORDERS, series, Reference.of(x, time))
-    return SimpleNamespace(parts=(), training_revolutions=revolutions), data
+    given = SimpleNamespace(orders=ORDERS, notch=())
+    return SimpleNamespace(parts=(), training_revolutions=revolutions, given=given), data
 
 
 @pytest.mark.parametrize("form", ["second_order", "second_order_of_base"])
