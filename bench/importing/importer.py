@@ -116,8 +116,7 @@ def _import_one(
                 f"{target}: is there already, an import does not overwrite recordings; "
                 "--out should name another folder."
             )
-    currents = [name for name, own in columns.items() if own.torque_constant is not None]
-    impossible = implausible(table, mapping.gearbox.ratio, f"{mapping_path}", currents)
+    impossible = implausible(table, mapping.gearbox.ratio, f"{mapping_path}", columns)
     warnings = (*misspelt(table, f"{mapping_path}"), *impossible)
     rate = mapping.sample_rate or 1 / float(np.median(np.diff(table.time)))
     started = entry.started_at or mapping.started_at or table.started_at

@@ -11,6 +11,8 @@ from bench.signals import BY_NAME
 
 INTEGRAL = "integral of "
 """begins the origin of an angle that is the integral of a speed"""
+OF_OUTPUT = ", the angle of the output, times gearbox.ratio "
+"""stands in the origin of an angle that is the output's, times the ratio"""
 FROM_OUTPUT = "the motor's angle was not measured"
 """begins the note of an angle that is the output's, times the ratio"""
 
@@ -24,7 +26,7 @@ def add_motor_angle(channels: dict[str, Channel], notes: list[str], *, ratio: fl
     if {"load_angle", "motor_torque"} <= channels.keys():
         # it takes the output's place: the difference of both would be zero, which nobody measured
         output = channels.pop("load_angle")
-        origin = f"{output.spec.origin}, the angle of the output, times gearbox.ratio {ratio:g}"
+        origin = f"{output.spec.origin}{OF_OUTPUT}{ratio:g}"
         channels["motor_angle"] = _channel(ratio * output.si, origin, output, linear=linear)
         notes.append(
             f"{FROM_OUTPUT}: motor_angle is load_angle times gearbox.ratio {ratio:g}, so there is "

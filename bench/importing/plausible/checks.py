@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.importing.motor_angle import INTEGRAL
+from bench.importing.channel_mapping import PartMapping
+from bench.importing.motor_angle import INTEGRAL, OF_OUTPUT
 from bench.importing.plausible.factors import CLOSE, reason
-from bench.importing.plausible.motion import Blocks, Law, blocks, law
+from bench.importing.plausible.motion import POSITION, Blocks, Law, blocks, law
 from bench.importing.table import ChannelTable
 from bench.signals import BY_NAME
 
@@ -23,26 +25,37 @@ _TOGETHER = 0.9
 _SPEEDS = 0.05
 _ANGLES = 0.005
 _FASTEST = 5000.0
+_GEARED = 10.0
+"""Gear ratio from which a motor that turns less than once moves the output by less than a tenth of a revolution: few
+machines are measured so."""
 _COLDEST, _HOTTEST = -60.0, 220.0
 
 
-def implausible(table: ChannelTable, ratio: float, where: str, currents: Collection[str] = ()) -> list[str]:
-    """Say what cannot be, one sentence each; ``where`` is the mapping file, ``currents`` the channels of which a
-    torque constant makes torques.
-    """
+def implausible(
+    table: ChannelTable, ratio: float, where: str, wanted: Mapping[str, PartMapping] = MappingProxyType({})
+) -> list[str]:
+    """Say what cannot be, one sentence each; ``where`` is the mapping file, ``wanted`` what it says of each channel."""
     found: list[str] = []
     values = {name: channel.si for name, channel in table.channels.items()}
     measured = {n for n, c in table.channels.items() if not c.spec.origin.startswith(INTEGRAL)}
     for side in ("motor", "load"):
         if {f"{side}_angle", f"{side}_velocity"} <= measured:
-            found += _speeds(values, side, ratio, where)
+            found += _speeds(values, side, ratio, where, _counts(wanted, f"{side}_angle"))
     if {"motor_angle", "load_angle"} <= measured:
         found += _angles(values, ratio, where)
     found += _temperatures(values, where)
     if not table.linear:
         found += _too_fast(values, where)
-    found += _torques(values, ratio, where, linear=table.linear, current="motor_torque" in currents)
+        if "motor_angle" in measured and OF_OUTPUT not in table.channels["motor_angle"].spec.origin:
+            found += _hardly_turns(values, ratio, where)
+    current = "motor_torque" in wanted and wanted["motor_torque"].torque_constant is not None
+    found += _torques(values, ratio, where, linear=table.linear, current=current)
     return found
+
+
+def _counts(wanted: Mapping[str, PartMapping], name: str) -> float | None:
+    """Counts per revolution that a mapping says of a channel; None where it says none."""
+    return wanted[name].counts_per_revolution if name in wanted else None
 
 
 def misspelt(table: ChannelTable, where: str) -> list[str]:
@@ -68,8 +81,8 @@ def _slope(x: FloatArray, y: FloatArray) -> tuple[float, float]:
     return correlation * float(np.std(y) / np.std(x)), correlation
 
 
-def _speeds(values: dict[str, FloatArray], side: str, ratio: float, where: str) -> Iterator[str]:
-    """A velocity is the rate of its angle."""
+def _speeds(values: dict[str, FloatArray], side: str, ratio: float, where: str, counts: float | None) -> Iterator[str]:
+    """A velocity is the rate of its angle; ``counts`` per revolution that the angle was made with."""
     velocity = f"{side}_velocity"
     averaged = blocks(values["time"], values[f"{side}_angle"], {velocity: values[velocity]})
     if averaged is None:
@@ -87,6 +100,12 @@ def _speeds(values: dict[str, FloatArray], side: str, ratio: float, where: str) 
             wrong = f"{side}_angle" if side == "motor" else velocity
         elif ratio != 1.0 and abs(factor * ratio - 1.0) < CLOSE:
             wrong = velocity if side == "motor" else f"{side}_angle"
+        elif counts is not None and factor > 0.0:
+            yield (
+                f"{said_of_both}likely channels.{side}_angle.counts_per_revolution is not {counts:g}, "
+                f"{counts / factor:.6g} would be right; or {reason(factor, ratio)} of {velocity}."
+            )
+            return
         else:
             yield f"{said_of_both}{reason(factor, ratio)} (of it, or the inverse of {side}_angle)."
             return
@@ -133,14 +152,49 @@ def _too_fast(values: dict[str, FloatArray], where: str) -> Iterator[str]:
         )
 
 
+def _hardly_turns(values: dict[str, FloatArray], ratio: float, where: str) -> Iterator[str]:
+    """A motor turns many times as far as the output: where it turns less than once, the angle may be the output's."""
+    turned = float(np.ptp(values["motor_angle"])) / (2 * np.pi)
+    if "load_angle" in values or abs(ratio) < _GEARED or not 0.0 < turned < 1.0:
+        return
+    yield (
+        f"{where}: channels.motor_angle turns over {turned:.2g} revolutions in {values['time'][-1]:.3g} s, which is "
+        f"{360.0 * turned / abs(ratio):.2g}° of the output with gearbox.ratio {ratio:g}: likely it is the output's (a "
+        "joint's), unless only small motions were recorded; [channels.load_angle] instead of [channels.motor_angle] "
+        "would be right."
+    )
+
+
 def _torques(values: dict[str, FloatArray], ratio: float, where: str, *, linear: bool, current: bool) -> Iterator[str]:
     """Inertia is positive, and friction takes power."""
-    if not {"motor_angle", "motor_torque"} <= values.keys():
+    if "motor_angle" not in values:
         return
+    if "motor_torque" in values:
+        sentences = list(_motor_side(values, ratio, where, linear=linear, current=current))
+        yield from sentences
+        if any("channels.load_torque" in sentence for sentence in sentences):
+            return  # the load motor's torque is compared with the load torque, which is wrong itself
+    yield from _load_side(values, ratio, where, linear=linear)
+
+
+def _averaged(
+    values: dict[str, FloatArray], ratio: float, *names: str | None, positioned: bool = True
+) -> Blocks | None:
+    """Blocks of the motor's motion and of the channels named, with the output's position where that is wanted."""
+    wanted = {name: values[name] for name in names if name is not None}
+    if positioned:
+        wanted[POSITION] = values["load_angle"] if "load_angle" in values else values["motor_angle"] / ratio
+    return blocks(values["time"], values["motor_angle"], wanted)
+
+
+def _motor_side(
+    values: dict[str, FloatArray], ratio: float, where: str, *, linear: bool, current: bool
+) -> Iterator[str]:
+    """The motor's torque accelerates it, turns it against friction, and carries the load."""
     load = next((name for name in ("load_torque", "load_motor_torque") if name in values), None)
-    wanted = {name: values[name] for name in ("motor_torque", load) if name is not None}
-    averaged: Blocks | None = blocks(values["time"], values["motor_angle"], wanted)
-    fit: Law | None = None if averaged is None else law(averaged, "motor_torque", load)
+    # what acts behind a torque sensor is in its reading
+    averaged = _averaged(values, ratio, "motor_torque", load, positioned=load != "load_torque")
+    fit: Law | None = None if averaged is None else law(averaged, "motor_torque", load, linear=linear)
     if fit is None or fit.share < _EXPLAINED:
         return
     unit = "kg" if linear else "kg·m²"
@@ -157,17 +211,36 @@ def _torques(values: dict[str, FloatArray], ratio: float, where: str, *, linear:
             "times -1 of motor_torque (or of motor_angle) would be right."
         )
     elif negative_inertia:
-        sprung = "" if load is not None else ", unless a spring acts on the motor, which a swing to and fro shows alike"
+        over = (
+            "" if load == "load_torque" else "a force over the position that is no sine of it (a spring, a balancer), "
+        )
         yield (
             f"{where}: channels.motor_torque gives a negative inertia ({fit.inertia:.4g} {unit}) though "
-            f"friction takes power: likely it lags behind motor_angle{sprung}; the same filter and clock for both "
-            "would be right."
+            f"friction takes power: likely {over}friction that yields before it slides, or a torque that lags behind "
+            "motor_angle; of these only the last is a fault of the data, the same filter and clock for both would be "
+            "right."
         )
     elif negative_loss:
         likely = "motor_torque" if load is None else f"motor_torque or of {load}"
         yield (
             f"{where}: channels.motor_torque gives friction that takes {fit.loss:.4g} W, which should be "
             f"positive{driven}: likely a wrong sign; scale times -1 of {likely} would be right."
+        )
+
+
+def _load_side(values: dict[str, FloatArray], ratio: float, where: str, *, linear: bool) -> Iterator[str]:
+    """What the load torque has beside the load motor's accelerates the load: both have the same sign."""
+    if not {"load_torque", "load_motor_torque"} <= values.keys():
+        return
+    averaged = _averaged(values, ratio, "load_torque", "load_motor_torque")
+    fit = None if averaged is None else law(averaged, "load_torque", "load_motor_torque", linear=linear)
+    if fit is None or fit.share < _EXPLAINED or fit.load is None:
+        return
+    if fit.load_t < -_SURE:
+        yield (
+            f"{where}: channels.load_motor_torque is found {fit.load:.4g} times in load_torque, beside what accelerates "
+            "the load it should be 1: likely a wrong sign; scale times -1 of load_motor_torque would be right (it is "
+            "positive where it opposes motion towards positive angles)."
         )
 
 

@@ -13,6 +13,11 @@ _CHUNKS = 8
 _MOST_BLOCKS = 20_000
 _LEAST_BLOCKS = 80
 _STANDING = 0.02
+POSITION = "position"
+"""key of the output's position among the channels of :class:`Blocks`: rad, on a linear axis m"""
+ARC = np.radians(60.0)
+"""Range of the output's angle from which a force over the position is told from a straight line: a sine leaves its
+tangent by 5 % over half of it. Below it a constant, a sine and a cosine are nearly the same three numbers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +54,8 @@ def blocks(time: FloatArray, angle: FloatArray, channels: dict[str, FloatArray])
 
 @dataclass(frozen=True, slots=True)
 class Law:
-    """Torque = inertia·acceleration + friction + load·(load torque) + constant, with the spread of each (t-values).
+    """Torque = inertia·acceleration + friction + load·(load torque) + force over the position + constant, with the
+    spread of each (t-values).
 
     ``loss`` is the mean power that friction takes, W; ``share`` of the torque's variance that the law explains.
     """
@@ -63,8 +69,21 @@ class Law:
     share: float
 
 
-def law(averaged: Blocks, torque: str, load: str | None) -> Law | None:
-    """Fit the law; the spreads are those over eight stretches, each left out once. None where nothing moves."""
+def over_position(position: FloatArray, *, linear: bool) -> list[FloatArray]:
+    """What gravity or a spring may do over the output's position (N,): sine and cosine of its angle, or a straight
+    line where it turns less than :data:`ARC` or the axis is linear; nothing where it rests.
+    """
+    span = float(np.ptp(position))
+    if not linear and span > ARC:
+        return [np.sin(position), np.cos(position)]
+    return [(position - np.mean(position)) / span] if span > 0.0 else []
+
+
+def law(averaged: Blocks, torque: str, load: str | None, *, linear: bool = False) -> Law | None:
+    """Fit the law; the spreads are those over eight stretches, each left out once. None where nothing moves.
+
+    The force over the position is fitted where ``averaged`` has a :data:`POSITION`.
+    """
     moving = averaged.moving
     if np.sum(moving) < _LEAST_BLOCKS // 2 or float(np.std(averaged.channels[torque][moving])) == 0.0:
         return None
@@ -73,6 +92,8 @@ def law(averaged: Blocks, torque: str, load: str | None) -> Law | None:
     both = min(float(np.mean(speed > 0)), float(np.mean(speed < 0))) > _STANDING
     if both:
         columns.append(np.sign(speed))
+    if POSITION in averaged.channels:
+        columns += over_position(averaged.channels[POSITION][moving], linear=linear)
     if load is not None and float(np.std(averaged.channels[load][moving])) > 0.0:
         columns.append(averaged.channels[load][moving])
     else:

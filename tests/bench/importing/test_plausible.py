@@ -102,7 +102,7 @@ def test_a_wrong_sign_or_scale_is_told_with_the_likely_one(
 
 
 def test_negative_inertia_and_friction_are_a_wrong_sign_of_the_torque(tmp_path: Path) -> None:
-    (warning,) = _warnings(tmp_path, "load_torque", load_share=0.1, M=-1.0)
+    (warning,) = _warnings(tmp_path, "load_torque", load_share=0.02, M=-1.0)
     assert "map.toml: channels.motor_torque gives a negative inertia (-0.00" in warning
     assert "scale times -1 of motor_torque (or of motor_angle) would be right" in warning
 
@@ -144,7 +144,7 @@ def test_of_a_torque_no_torque_constant_is_spoken_of(tmp_path: Path) -> None:
 
 
 def test_a_wrong_sign_is_not_all_that_it_can_be_where_no_load_was_recorded(tmp_path: Path) -> None:
-    (warning,) = _warnings(tmp_path, "load_torque", load_share=0.1, M=-1.0)
+    (warning,) = _warnings(tmp_path, "load_torque", load_share=0.02, M=-1.0)
     assert (
         "both should be positive, unless a load that no channel holds drives the motor: likely a wrong sign" in warning
     )
@@ -161,9 +161,85 @@ def _sprung(folder: Path, stiffness: float, friction: float) -> tuple[str, ...]:
     return builders.one(folder, channels).warnings
 
 
-def test_a_negative_inertia_may_be_a_spring(tmp_path: Path) -> None:
-    (warning,) = _sprung(tmp_path, 10.0, 1.0)
-    assert "though friction takes power: likely it lags behind motor_angle, unless a spring acts" in warning
+def test_a_spring_is_no_negative_inertia(tmp_path: Path) -> None:
+    assert _sprung(tmp_path, 10.0, 1.0) == ()
+
+
+_SWING = np.arange(6000) / 200.0
+_ANGLE = 90.0 * np.sin(0.9 * _SWING) + 20.0 * np.sin(2.3 * _SWING)
+"""a motor's angle, which turns the output over 60° and more with the ratio of the tests"""
+_PLAIN = 'motor_angle = {variable = "q", unit = "rad"}\nmotor_torque = {variable = "M", unit = "N*m"}'
+
+
+def _swung(folder: Path, over_position: NDArray[Any], delay: int = 0, sign: float = 1.0) -> tuple[str, ...]:
+    """Warnings of a motor with inertia, friction and a torque over the position; ``delay`` in samples."""
+    speed = np.gradient(_ANGLE, _SWING)
+    torque = 1e-3 * np.gradient(speed, _SWING) + 0.01 * speed + 0.3 * np.sign(speed) + over_position
+    late = sign * np.roll(torque, delay)
+    noise = np.random.default_rng(3).normal(0.0, 0.02, _SWING.size)
+    builders.csv(folder / "a.csv", t=_SWING, q=_ANGLE, M=late + noise)
+    return builders.one(folder, _PLAIN, ratio=f"{_RATIO}").warnings
+
+
+@pytest.mark.parametrize("force", [7.0 * np.sin(_ANGLE / _RATIO + 0.3), 4.0 * np.cos(_ANGLE / _RATIO)])
+def test_gravity_hides_no_sign_and_is_no_negative_inertia(tmp_path: Path, force: NDArray[Any]) -> None:
+    assert _swung(tmp_path, force) == ()
+    shutil.rmtree(tmp_path / "out")
+    (warning,) = _swung(tmp_path, force, sign=-1.0)
+    assert "likely a wrong sign; scale times -1 of motor_torque" in warning
+
+
+def test_a_torque_that_lags_is_the_last_that_a_negative_inertia_may_be(tmp_path: Path) -> None:
+    (warning,) = _swung(tmp_path, 0.0 * _ANGLE, delay=40)
+    assert "though friction takes power: likely a force over the position that is no sine of it" in warning
+    assert "friction that yields before it slides, or a torque that lags behind motor_angle; of these only" in warning
+
+
+@pytest.mark.parametrize(("sign", "told"), [(1.0, False), (-1.0, True)])
+def test_the_load_motors_torque_has_the_sign_of_the_load_torque(tmp_path: Path, sign: float, told: bool) -> None:
+    rng = np.random.default_rng(4)
+    speed = np.gradient(_ANGLE, _SWING)
+    braked = 20.0 * np.sin(0.31 * _SWING) + 8.0 * np.sin(1.7 * _SWING)
+    load = braked + 6.5 * np.gradient(speed, _SWING) / _RATIO
+    torque = 1e-3 * np.gradient(speed, _SWING) + 0.01 * speed + 0.3 * np.sign(speed) + load / _RATIO
+    spoilt = sign * braked + rng.normal(0.0, 0.1, _SWING.size)
+    builders.csv(tmp_path / "a.csv", t=_SWING, q=_ANGLE, M=torque, L=load, B=spoilt)
+    others = "".join(f'\n{n} = {{variable = "{c}", unit = "N*m"}}' for n, c in _LOADS.items())
+    warnings = builders.one(tmp_path, _PLAIN + others, ratio=f"{_RATIO}").warnings
+    assert any("scale times -1 of load_motor_torque would be right" in one for one in warnings) == told
+    assert len(warnings) == told
+
+
+_LOADS = {"load_torque": "L", "load_motor_torque": "B"}
+
+
+@pytest.mark.parametrize(("unit", "ratio", "told"), [("deg", 121.0, True), ("deg", 2.0, False), ("rev", 121.0, False)])
+def test_a_motor_that_turns_less_than_once_may_be_the_output(
+    tmp_path: Path, unit: str, ratio: float, told: bool
+) -> None:
+    builders.csv(tmp_path / "a.csv", t=_SWING, q=60.0 * np.sin(0.9 * _SWING))
+    channels = f'motor_angle = {{variable = "q", unit = "{unit}"}}'
+    warnings = builders.one(tmp_path, channels, ratio=f"{ratio}").warnings
+    assert any("turns over 0.33 revolutions in 30 s, which is 0.99° of the output" in one for one in warnings) == told
+    assert any("[channels.load_angle] instead of [channels.motor_angle]" in one for one in warnings) == told
+
+
+def test_an_angle_that_is_said_to_be_the_outputs_is_not_told_to_be(tmp_path: Path) -> None:
+    builders.csv(tmp_path / "a.csv", t=_SWING, q=0.1 * np.sin(0.9 * _SWING), M=np.cos(0.9 * _SWING))
+    channels = _PLAIN.replace("motor_angle", "load_angle")
+    assert not any("turns over" in one for one in builders.one(tmp_path, channels, ratio="121").warnings)
+
+
+def test_counts_per_revolution_are_named_where_the_speed_contradicts_them(tmp_path: Path) -> None:
+    speed = np.gradient(_ANGLE, _SWING) * 30 / np.pi
+    counts = np.round(_ANGLE / (2 * np.pi) * 16384).astype(np.int64)
+    builders.csv(tmp_path / "a.csv", t=_SWING, q=counts, w=speed)
+    channels = (
+        'motor_angle = {variable = "q", unit = "counts", counts_per_revolution = 65536}\n'
+        'motor_velocity = {variable = "w", unit = "rpm"}'
+    )
+    (warning,) = builders.one(tmp_path, channels, ratio=f"{_RATIO}").warnings
+    assert re.search(r"likely channels.motor_angle.counts_per_revolution is not 65536, 163\d\d", warning)
 
 
 def test_friction_that_is_positive_is_not_said_to_be_negative(tmp_path: Path) -> None:
@@ -172,7 +248,7 @@ def test_friction_that_is_positive_is_not_said_to_be_negative(tmp_path: Path) ->
 
 
 def test_a_warning_of_many_files_is_shown_once_with_the_others_names(tmp_path: Path) -> None:
-    _sprung(tmp_path, 10.0, 1.0)
+    _swung(tmp_path, 0.0 * _ANGLE, delay=40)
     shutil.rmtree(tmp_path / "out")
     shutil.copy(tmp_path / "a.csv", tmp_path / "b.csv")
     mapping = tmp_path / "map.toml"
