@@ -12,12 +12,18 @@ from bench.errors import ConfigurationError, RecordingError
 from bench.importing.channel_mapping import ChannelMapping, PartMapping
 from bench.importing.files import Files
 from bench.importing.formats import Source
-from bench.importing.units import Unit, product_unit, quantity, unit_of
+from bench.importing.units import PERCENT, Unit, product_unit, quantity, unit_of
 from bench.recording.header import ChannelSpec
 from bench.signals import BY_NAME
 
 LINEAR = {"rad": "m", "rad/s": "m/s", "N·m": "N"}
 """What stands for the rotary units of the channel table on a linear axis (ratio 1)."""
+_NEEDED = {
+    "rad": "counts_per_revolution such as 4096 makes an angle of an encoder's counts",
+    "N·m": "a factor with a unit such as '0.05 N*m' makes the channel's unit of it",
+    PERCENT: "a factor that is 100 % of it, such as '3.2 N*m' for the rated torque, makes the channel's unit of it",
+}
+"""what makes a channel of numbers without a quantity, by the channel's unit"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,6 +167,9 @@ def _unit(name: str, text: str, where: str, linear: bool | None) -> Unit:
             continue
     if text == "1" and signal.unit in LINEAR:
         raise ConfigurationError(f"{where}.unit: is missing, it should be one that becomes '{signal.unit}'.")
+    if signal.unit in LINEAR and unit_of(text, where).si == "1":
+        needed = _NEEDED.get(signal.unit if text != PERCENT else text, _NEEDED["N·m"])
+        raise ConfigurationError(f"{where}: unit '{text}' is of no quantity, {needed}.")
     if _is_current(text) and signal.unit == "N·m":
         plain = "'80 N/A'" if linear else "0.21 (N·m/A)"
         raise ConfigurationError(

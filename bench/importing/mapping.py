@@ -24,6 +24,7 @@ _DECIDE = {
     "axis": "'rotary' or 'linear'",
     "unit": "a unit such as 'deg', 'rpm', 'N*m', 'A'",
     "torque_constant": "a number in N·m/A (on a linear axis N/A)",
+    "factor": "a number with a unit, such as '3.2 N*m' for 100 % or '0.3 m' for a lever",
     "counts_per_revolution": "the encoder's counts per revolution of its shaft",
     "rate": "samples per second",
     "timezone": "a zone such as 'UTC' or 'Europe/Berlin'",

@@ -51,6 +51,8 @@ _AS_ANGULAR = {"1/s", "Hz"}
 _BRACKETS = re.compile(
     r"^(?P<name>.*?)\s*(?:\[(?P<a>[^\[\]]*)\]|\((?P<b>[^()]*)\)|\s/\s*(?P<c>\S+)|\s+in\s+(?P<d>\S+))\s*$"
 )
+PERCENT = "%"
+"""of something that the file does not hold, such as the rated torque"""
 _SUFFIXES = {
     **dict.fromkeys(("rad_s", "rads", "rad_per_s", "rad_per_sec"), "rad/s"),
     **dict.fromkeys(("deg_s", "deg_per_s", "deg_per_sec"), "deg/s"),
@@ -130,6 +132,8 @@ def split_unit(heading: str) -> tuple[str, str]:
     match = _BRACKETS.match(heading)
     if match:
         unit = next((group for group in match.group("a", "b", "c", "d") if group is not None), "").strip()
+        if unit.startswith(PERCENT):
+            return match["name"], PERCENT  # "% rated" says of what
         if is_unit(unit) or (match["a"] is not None and unit in ("-", "")):
             return match["name"], unit
     match = _SUFFIX.match(heading)

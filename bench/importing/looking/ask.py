@@ -16,6 +16,7 @@ _QUESTIONS = {
     "ratio": "revolutions of the motor per revolution of the output (1: direct drive or linear axis)",
     "unit": "unit",
     "torque_constant": "torque per ampere (N·m/A, or with a unit such as '80 N/A')",
+    "factor": "factor with its unit",
     "counts_per_revolution": "counts per revolution",
     "rate": "samples per second",
     "timezone": "time zone of the stamps",

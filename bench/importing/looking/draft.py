@@ -12,23 +12,15 @@ from bench.importing.axis import mixture
 from bench.importing.channel import LINEAR
 from bench.importing.looking.clocks import clock_of, coarse_clock, rate_entry, why_no_clock
 from bench.importing.looking.entries import Draft, Entry
-from bench.importing.looking.guesses import (
-    overflow,
-    rate_of,
-    step_of,
-    unit_of_time,
-    unsigned_bits,
-)
-from bench.importing.looking.inventory import NAMELESS, Column, Inventory
+from bench.importing.looking.guesses import power_of_two, rate_of, step_of, unit_of_time
+from bench.importing.looking.inventory import Column, Inventory
 from bench.importing.looking.motion import Motion, values_of
 from bench.importing.looking.names import Meaning, axes_of, busiest_axis, channel_of, meaning, plain
+from bench.importing.looking.tables import FROM_FILE, GUESS, channel_entries, place_of
 from bench.importing.mapping import OPEN
 from bench.importing.units import si_of, unit_of
 from bench.signals import BY_NAME
 
-_GUESS = "a guess"
-_FROM_FILE = "the file says so"
-_MOST_AMPERES = 1000.0
 _PAIRS = (
     ("motor_angle", "load_angle"),
     ("motor_velocity", "load_velocity"),
@@ -56,9 +48,9 @@ def draft(found: Inventory, mapping: Path) -> Draft:
     motion = Motion(meanings, _seconds(out))
     strangers = motion.strangers(found.columns)
 
-    def likely(column: Column) -> tuple[bool, bool, bool]:
+    def likely(column: Column) -> tuple[bool, bool, bool, bool]:
         meaning = meanings[column.name]
-        return not meaning.sure, axes.get(column.name) != busiest, not meaning.measured
+        return not meaning.sure, axes.get(column.name) != busiest, not meaning.measured, not meaning.of_motor
 
     for column in sorted(found.columns, key=likely):
         name = channel_of(meanings[column.name])
@@ -74,18 +66,16 @@ def draft(found: Inventory, mapping: Path) -> Draft:
         name = "motor_angle" if slower is taken["motor_angle"] else "motor_velocity"
         if slower is not None and name.replace("motor", "load") not in taken:
             taken[name.replace("motor", "load")] = taken.pop(name)
-    if "motor_angle" in taken and not {"load_angle", "load_velocity", "motor_velocity"} & taken.keys():
-        first, second = taken["motor_angle"], motion.other_side(taken["motor_angle"], rest if not axes else ())
-        if second is not None and not meanings[first.name].sided:
-            rest.remove(second)
-            slower, faster = sorted((first, second), key=lambda column: abs(column.span[1] - column.span[0]))
-            taken["motor_angle"], taken["load_angle"] = faster, slower
+    if not axes:
+        _other_side(taken, rest, motion)
     for name in BY_NAME:
         if name in taken:
             column_meaning = meanings[taken[name].name]
-            out.tables[f"channels.{name}"] = _channel_entries(taken[name], column_meaning)
+            out.tables[f"channels.{name}"] = channel_entries(taken[name], column_meaning)
             out.channel_by_column[taken[name].name] = name
+    _counts(out, taken, motion)
     _gearbox(out, taken, motion)
+    _hardly_turns(out, taken, motion)
     _rate_of_motion(out, taken, meanings)
     for column in sorted(rest, key=lambda column: found.columns.index(column)):
         _further(out, column, meanings[column.name])
@@ -93,6 +83,23 @@ def draft(found: Inventory, mapping: Path) -> Draft:
     path = os.path.relpath(found.pattern, mapping.parent)
     out.tables["recordings"] = {"file": Entry(Path(path).as_posix())}
     return out
+
+
+def _other_side(taken: dict[str, Column], rest: list[Column], motion: Motion) -> None:
+    """Take an angle that turns with the motor's, but less far, for the output's where there is none."""
+    if "motor_angle" not in taken or {"load_angle", "load_velocity"} & taken.keys():
+        return
+    first, meanings = taken["motor_angle"], motion.meanings
+    second = motion.other_side(first, [column for column in rest if not meanings[column.name].of_motor])
+    if second is None:
+        return
+    if motion.turned(second) < motion.turned(first):
+        taken["load_angle"] = second
+    elif not meanings[first.name].sided and "motor_velocity" not in taken:
+        taken["motor_angle"], taken["load_angle"] = second, first
+    else:
+        return
+    rest.remove(second)
 
 
 def _size(found: Inventory, time: Column | None) -> int:
@@ -106,19 +113,19 @@ def _time_entries(found: Inventory, time: Column | None, meanings: dict[str, Mea
     if time is None:
         rates = [column.variable.rate for column in found.columns if column.variable.rate]
         if rates:
-            return {"rate": Entry(max(rates), f"Hz, {_FROM_FILE}")}
+            return {"rate": Entry(max(rates), f"Hz, {FROM_FILE}")}
         return {"rate": Entry(OPEN, f"samples per second: {why_no_clock(found, meanings)}", sure=False)}
-    entries = _place(time)
+    entries = place_of(time)
     if not time.stamps and meanings[time.name].quantity != "time" and time.variable.clock is None:
-        next(iter(entries.values())).why = f"{_GUESS}, it rises as a clock does"
+        next(iter(entries.values())).why = f"{GUESS}, it rises as a clock does"
     if time.stamps:
         if not time.variable.zoned:
-            entries["timezone"] = Entry("UTC", f"{_GUESS}: the stamps say no zone, such as 'Europe/Berlin'", sure=False)
+            entries["timezone"] = Entry("UTC", f"{GUESS}: the stamps say no zone, such as 'Europe/Berlin'", sure=False)
         return entries
     unit_in_file = meanings[time.name].unit
     unit, sure = (unit_in_file, True) if unit_in_file else unit_of_time(time)
     entries["unit"] = Entry(
-        unit, _FROM_FILE if unit_in_file else "" if sure else f"{_GUESS}, the step is {step_of(time):g}", sure
+        unit, FROM_FILE if unit_in_file else "" if sure else f"{GUESS}, the step is {step_of(time):g}", sure
     )
     return entries
 
@@ -131,60 +138,6 @@ def _rate(found: Inventory, time: Column | None, entries: dict[str, Entry]) -> f
     step = step_of(time)
     unit = "s" if time.stamps else str(entries["unit"].value)
     return None if step is None or unit == OPEN else 1.0 / (step * unit_of(unit, str(found.file), "s").factor)
-
-
-def _place(column: Column) -> dict[str, Entry]:
-    """Where a column stands, as a mapping says it."""
-    entries: dict[str, Entry] = {}
-    if column.file:
-        return {"file": Entry(column.file), "column": Entry(column.number or 1)}
-    headed = not column.variable.name.startswith((NAMELESS, "row "))
-    if headed:
-        entries["variable"] = Entry(column.variable.name)
-    else:
-        entries["column"] = Entry(int(column.variable.name.split()[1]))
-    if column.number is not None:
-        entries[column.along] = Entry(column.number)
-    bits = unsigned_bits(column)
-    if bits is not None:
-        why = f"{_GUESS}: all values are near 0 or near {2**bits}, as negative ones are without their sign"
-        entries["signed_bits"] = Entry(bits, why, sure=False)
-    return entries
-
-
-def _channel_entries(column: Column, column_meaning: Meaning) -> dict[str, Entry]:
-    entries = _place(column)
-    sideless = column_meaning.quantity in ("angle", "velocity") and not column_meaning.sided
-    named = f"{_GUESS}, its name says no side of the gearbox" if sideless else ""
-    next(iter(entries.values())).why = (
-        named if column_meaning.sure else f"{_GUESS}, from its name" if column_meaning.quantity else _GUESS
-    )
-    wraps = (
-        overflow(column, column_meaning.unit, column_meaning.counted) if column_meaning.quantity == "angle" else None
-    )
-    if column_meaning.counted:
-        entries["unit"] = Entry("counts")
-        sure = wraps is not None
-        entries["counts_per_revolution"] = Entry(
-            wraps if sure else OPEN, f"{_GUESS}, it overflows there" if sure else "of its shaft", sure=False
-        )
-    elif column_meaning.quantity == "current":
-        # no motor takes a thousand amperes, of which a file does not even say the unit
-        likely = "mA" if max(map(abs, column.span)) > _MOST_AMPERES else "A"
-        entries["unit"] = Entry(
-            column_meaning.unit or likely, "" if column_meaning.unit else _GUESS, sure=bool(column_meaning.unit)
-        )
-        entries["torque_constant"] = Entry(OPEN, 'N·m/A at the motor\'s shaft (a linear axis: "… N/A")', sure=False)
-    elif column_meaning.unit:
-        entries["unit"] = Entry(column_meaning.unit, _FROM_FILE)
-    elif column_meaning.quantity == "temperature":
-        entries["unit"] = Entry("degC", _GUESS, sure=False)
-    else:
-        low, high = column.span
-        entries["unit"] = Entry(OPEN, f"the values are {low:.4g} to {high:.4g}", sure=False)
-    if wraps is not None:
-        entries["wraps_at"] = Entry(wraps, f"{_GUESS}: it starts again there")
-    return entries
 
 
 def _gearbox(out: Draft, taken: dict[str, Column], motion: Motion) -> None:
@@ -207,11 +160,45 @@ def _gearbox(out: Draft, taken: dict[str, Column], motion: Motion) -> None:
             ratio = motion.ratio(taken[motor], taken[load])
     why = "motor revolutions per revolution of the output; 1 for a direct drive"
     if ratio is not None:
-        out.tables["gearbox"] = {
-            "ratio": Entry(ratio, f"{_GUESS}: as the angles (speeds) of motor and output go together")
-        }
+        whole = ratio == round(ratio)
+        twisted = "" if whole else "; a load that twists the gearbox changes it a little, so the data sheet's is better"
+        together = f"{GUESS}: as the angles (speeds) of motor and output go together{twisted}"
+        out.tables["gearbox"] = {"ratio": Entry(ratio, together, sure=whole)}
     else:
         out.tables["gearbox"] = {"ratio": Entry(OPEN, why, sure=False)}
+
+
+def _counts(out: Draft, taken: dict[str, Column], motion: Motion) -> None:
+    """Counts per revolution of an encoder, from the speed of its shaft; an overflow alone may be of several turns."""
+    for side in ("motor", "load"):
+        angle, velocity = taken.get(f"{side}_angle"), taken.get(f"{side}_velocity")
+        if angle is None or velocity is None or not motion.meanings[angle.name].counted:
+            continue
+        counts = motion.counts_per_revolution(angle, velocity)
+        if counts is None:
+            continue
+        usual = power_of_two(counts)
+        out.tables[f"channels.{side}_angle"]["counts_per_revolution"] = (
+            Entry(OPEN, f"of its shaft; {velocity.name} says {counts:.4g} if it is of the same shaft", sure=False)
+            if usual is None
+            else Entry(usual, f"{GUESS}: {velocity.name} is the rate of the angle then", sure=False)
+        )
+
+
+def _hardly_turns(out: Draft, taken: dict[str, Column], motion: Motion) -> None:
+    """Remark that an angle without a side, taken for the motor's, turns less than once: it may be a joint's."""
+    angle = taken.get("motor_angle")
+    if angle is None or "load_angle" in taken or motion.meanings[angle.name].sided:
+        return
+    if si_of(motion.meanings[angle.name].unit) != "rad" or motion.turned(angle) >= 2 * np.pi:
+        return
+    velocity = taken.get("motor_velocity")
+    both = velocity is not None and not motion.meanings[velocity.name].sided
+    out.remarks.append(
+        f"channels.motor_angle ({angle.name}) turns over {motion.turned(angle) / (2 * np.pi):.2g} revolutions in all: "
+        f"if it is the output's (a joint's), its table is [channels.load_angle]"
+        + (", and that of its speed [channels.load_velocity]" if both else "")
+    )
 
 
 def _rate_of_motion(out: Draft, taken: dict[str, Column], meanings: dict[str, Meaning]) -> None:
@@ -224,7 +211,7 @@ def _rate_of_motion(out: Draft, taken: dict[str, Column], meanings: dict[str, Me
     angle, velocity = (values_of(taken[name], meanings[taken[name].name]) for name in pair)
     out.rate = rate_of(angle, velocity)
     if out.rate is not None:
-        entries["rate"] = Entry(out.rate, f"Hz, {_GUESS}: the speed is the rate of the angle then", sure=False)
+        entries["rate"] = Entry(out.rate, f"Hz, {GUESS}: the speed is the rate of the angle then", sure=False)
 
 
 def _seconds(out: Draft) -> NDArray[np.float64] | None:
@@ -242,7 +229,7 @@ def _further(out: Draft, column: Column, column_meaning: Meaning) -> None:
     count = 2
     while table in out.tables:
         table, count = f"{table.rstrip('0123456789_')}_{count}", count + 1
-    entries = _place(column)
+    entries = place_of(column)
     why = (
         "a set value: kept, not analysed"
         if column_meaning.setpoint
@@ -250,7 +237,7 @@ def _further(out: Draft, column: Column, column_meaning: Meaning) -> None:
     )
     next(iter(entries.values())).why = why
     if column_meaning.unit and si_of(column_meaning.unit):
-        entries["unit"] = Entry(column_meaning.unit, _FROM_FILE)
+        entries["unit"] = Entry(column_meaning.unit, FROM_FILE)
     out.tables[table] = entries
     channel = channel_of(column_meaning)
     if not column.constant and not column_meaning.setpoint and not column.stamps:
@@ -274,7 +261,7 @@ def _own_clocks(out: Draft, found: Inventory, time: Column | None, meanings: dic
             _further(out, column, column_meaning)
             name = out.channel_by_column[column.name]
         else:
-            out.tables[f"channels.{name}"] = _channel_entries(column, column_meaning)
+            out.tables[f"channels.{name}"] = channel_entries(column, column_meaning)
             out.channel_by_column[column.name] = name
         table = name.replace("aux/", "aux.") if name.startswith("aux/") else f"channels.{name}"
         out.tables[table]["time"] = Entry(clock, "its own clock")

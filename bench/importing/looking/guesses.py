@@ -22,6 +22,8 @@ STRETCH, _TOGETHER = 20, 0.99
 """samples over which an angle and the integral of a speed are compared, and how well they have to go together"""
 _BOTH = 0.01
 """least share of the samples on either side for numbers to be taken as without their sign"""
+_SAME_RESOLUTION = 0.01
+"""how near a number of counts has to be to a power of two for that to be it (relative); the next is twice as large"""
 _EVEN, _MOSTLY = 0.25, 0.9
 """how far a clock's step may be from its usual one, and how many of its steps are no farther"""
 
@@ -68,6 +70,12 @@ def overflow(column: Column, unit: str, counted: bool) -> float | None:
         return float(2 ** math.ceil(math.log2(span + 1)))
     revolution = _REVOLUTIONS.get(unit)
     return revolution if revolution is not None and _FULL * revolution < span <= 1.001 * revolution else None
+
+
+def power_of_two(counts: float) -> float | None:
+    """The power of two that a number of counts nearly is, as encoders have them; None where it is none."""
+    near = 2.0 ** round(math.log2(counts)) if counts > 1.0 else 1.0
+    return near if abs(counts / near - 1.0) < _SAME_RESOLUTION else None
 
 
 def unsigned_bits(column: Column) -> int | None:

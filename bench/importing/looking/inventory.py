@@ -73,6 +73,12 @@ class Column:
         return np.asarray(np.flatnonzero(lost), dtype=np.int64)
 
     @property
+    def whole(self) -> bool:
+        """Whether all its numbers are whole ones, as an encoder's counts are."""
+        numbers = self.seconds[np.isfinite(self.seconds)]
+        return not self.stamps and numbers.size > 0 and bool(np.all(numbers == np.round(numbers)))
+
+    @property
     def constant(self) -> bool:
         """Whether all its numbers are the same: nothing was measured there."""
         return self.span[0] == self.span[1]

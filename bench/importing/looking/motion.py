@@ -69,6 +69,19 @@ class Motion:
                     return column
         return None
 
+    def turned(self, angle: Column) -> float:
+        """Range over which an angle turns, in SI units of what its column says; starting again does not count."""
+        values = values_of(angle, self.meanings[angle.name])
+        return float(np.nanmax(values) - np.nanmin(values))
+
+    def counts_per_revolution(self, angle: Column, velocity: Column) -> float | None:
+        """Counts of an encoder in a revolution, were a speed that of its shaft; None where they do not fit."""
+        run = self._angle(velocity)
+        if run is None or self.meanings[velocity.name].quantity != "velocity" or run.size != angle.values.size:
+            return None
+        per_radian = ratio_of(values_of(angle, self.meanings[angle.name]), run)
+        return None if per_radian is None else abs(per_radian) * 2 * np.pi
+
     def strangers(self, columns: Iterable[Column]) -> set[str]:
         """Names of angles that turn by themselves where another one turns with the speed: another joint's, say."""
         moving = [column for column in columns if not column.constant and not self.meanings[column.name].setpoint]

@@ -9,22 +9,25 @@ from dataclasses import dataclass
 from bench.errors import ConfigurationError
 from bench.importing.looking.inventory import Column
 from bench.importing.looking.words import quantity_of
-from bench.importing.units import split_unit, unit_of
+from bench.importing.units import PERCENT, split_unit, unit_of
 
 _BY_UNIT = {
     "s": "time", "rad": "angle", "m": "angle", "rad/s": "velocity", "m/s": "velocity", "N·m": "torque", "N": "torque",
     "°C": "temperature", "A": "current", "Hz": "velocity",
 }  # fmt: skip
 _COUNTED = re.compile(r"count|inc|tick|cts|cnt")
+_ENCODER = re.compile(r"enc")
+COUNTS = 1000.0
+"""least range of whole numbers that are taken for counts: an encoder has more of them, whole degrees are fewer"""
 _SETPOINT = re.compile(
     r"set|ref(?!er)|cmd|command|soll|desired|_des\d*$|target|goal|^control_(pos|ang|vel|speed)|^qg$|demand"
 )
 _MEASURED = re.compile(r"meas|actual|_act\d*$|feedback|_fb\d*$|^ist_|_ist\d*$")
 _HUMP = re.compile(r"(?<=[a-z])(?=[A-Z])")
 _LOAD = re.compile(
-    r"load|last|abtrieb|_ab$|output|_out|^out|link|joint|arm_|secondary|sensor|messwelle|flange|brake|bremse"
+    r"load|last|abtr|_ab$|output|_out|^out|link|joint|arm_|secondary|sensor|messwelle|flange|brake|bremse"
 )
-_MOTOR = re.compile(r"mot|antrieb|_an$|input|drive|primary|shaft_1")
+_MOTOR = re.compile(r"mot|antr|_an$|input|drive|primary|shaft_1")
 _AMBIENT = re.compile(r"amb|room|umgeb|air|luft|raum")
 _UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ß": "ss"})
 _BRAKE = re.compile(r"brake|bremse|load_?mot|last_?mot")
@@ -48,6 +51,11 @@ class Meaning:
     measured: bool
     """its name says that it was measured"""
 
+    @property
+    def of_motor(self) -> bool:
+        """Whether its name says that it is on the motor's side."""
+        return self.sided and not self.load
+
 
 def meaning(column: Column) -> Meaning:
     """Guess what a column is; ``sure`` where its unit says the quantity and not its name alone."""
@@ -58,10 +66,13 @@ def meaning(column: Column) -> Meaning:
     words = _HUMP.sub("_", bare.rsplit("/", 1)[-1].strip()).lower().replace(" ", "_")
     by_name = quantity_of(name)
     by_unit = "time" if column.stamps else _by_unit(unit)
-    counted = bool(_COUNTED.search(unit.lower()) or (not unit and _COUNTED.search(name)))
+    named_so = _COUNTED.search(name) or (_ENCODER.search(name) and may_be_counts(column))
+    counted = bool(_COUNTED.search(unit.lower()) or (not unit and named_so))
     quantity = by_unit or ("angle" if counted else by_name)
     if by_unit == "time" and by_name != "time" and not column.stamps:
         quantity = by_name  # a rise time or an age is no clock
+    if unit == PERCENT and by_name not in ("torque", "current"):
+        quantity = "other"  # a valve's opening, say: only of a torque and a current it is known what 100 % is of
     if by_unit == "velocity" and unit in ("Hz", "1/s") and by_name != "velocity":
         quantity = ""
     if by_unit and by_name and by_unit != by_name and {by_unit, by_name} != {"current", "torque"}:
@@ -80,11 +91,16 @@ def meaning(column: Column) -> Meaning:
     )
 
 
+def may_be_counts(column: Column) -> bool:
+    """Whether a column's numbers may be counts: whole ones over a wide range."""
+    return column.whole and column.span[1] - column.span[0] > COUNTS
+
+
 def _by_unit(unit: str) -> str:
     if not unit:
         return ""
     try:
-        return _BY_UNIT.get(unit_of(unit, "").si, "other" if unit not in ("1", "-", "counts") else "")
+        return _BY_UNIT.get(unit_of(unit, "").si, "other" if unit not in ("1", "-", "counts", PERCENT) else "")
     except ConfigurationError:
         return ""
 

@@ -238,8 +238,8 @@ def _load_side(values: dict[str, FloatArray], ratio: float, where: str, *, linea
         return
     if fit.load_t < -_SURE:
         yield (
-            f"{where}: channels.load_motor_torque is found {fit.load:.4g} times in load_torque, beside what accelerates "
-            "the load it should be 1: likely a wrong sign; scale times -1 of load_motor_torque would be right (it is "
+            f"{where}: channels.load_motor_torque is found {fit.load:.4g} times in load_torque beside what accelerates "
+            "the load, it should be 1: likely a wrong sign; scale times -1 of load_motor_torque would be right (it is "
             "positive where it opposes motion towards positive angles)."
         )
 

@@ -1,0 +1,75 @@
+"""The table of one column in a mapping: where it stands, its unit, and what turns it into the channel's unit."""
+
+from __future__ import annotations
+
+from bench.importing.looking.entries import Entry
+from bench.importing.looking.guesses import overflow, unsigned_bits
+from bench.importing.looking.inventory import NAMELESS, Column
+from bench.importing.looking.names import Meaning, may_be_counts
+from bench.importing.mapping import OPEN
+from bench.importing.units import PERCENT
+
+GUESS = "a guess"
+FROM_FILE = "the file says so"
+_MOST_AMPERES = 1000.0
+
+
+def place_of(column: Column) -> dict[str, Entry]:
+    """Where a column stands, as a mapping says it."""
+    entries: dict[str, Entry] = {}
+    if column.file:
+        return {"file": Entry(column.file), "column": Entry(column.number or 1)}
+    headed = not column.variable.name.startswith((NAMELESS, "row "))
+    if headed:
+        entries["variable"] = Entry(column.variable.name)
+    else:
+        entries["column"] = Entry(int(column.variable.name.split()[1]))
+    if column.number is not None:
+        entries[column.along] = Entry(column.number)
+    bits = unsigned_bits(column)
+    if bits is not None:
+        why = f"{GUESS}: all values are near 0 or near {2**bits}, as negative ones are without their sign"
+        entries["signed_bits"] = Entry(bits, why, sure=False)
+    return entries
+
+
+def channel_entries(column: Column, column_meaning: Meaning) -> dict[str, Entry]:
+    """The table of a channel: its place, its unit, and what makes the channel's unit of it."""
+    entries = place_of(column)
+    sideless = column_meaning.quantity in ("angle", "velocity", "torque") and not column_meaning.sided
+    named = f"{GUESS}, its name says no side of the gearbox" if sideless else ""
+    next(iter(entries.values())).why = (
+        named if column_meaning.sure else f"{GUESS}, from its name" if column_meaning.quantity else GUESS
+    )
+    wraps = (
+        overflow(column, column_meaning.unit, column_meaning.counted) if column_meaning.quantity == "angle" else None
+    )
+    if column_meaning.counted:
+        entries["unit"] = Entry("counts")
+        sure = wraps is not None
+        entries["counts_per_revolution"] = Entry(
+            wraps if sure else OPEN, f"{GUESS}, it overflows there" if sure else "of its shaft", sure=False
+        )
+    elif column_meaning.unit == PERCENT:
+        entries["unit"] = Entry(PERCENT, FROM_FILE)
+        entries["factor"] = Entry(OPEN, "what 100 % is, such as '3.2 N*m'", sure=False)
+    elif column_meaning.quantity == "current":
+        # no motor takes a thousand amperes, of which a file does not even say the unit
+        likely = "mA" if max(map(abs, column.span)) > _MOST_AMPERES else "A"
+        entries["unit"] = Entry(
+            column_meaning.unit or likely, "" if column_meaning.unit else GUESS, sure=bool(column_meaning.unit)
+        )
+        entries["torque_constant"] = Entry(OPEN, 'N·m/A at the motor\'s shaft (a linear axis: "… N/A")', sure=False)
+    elif column_meaning.unit:
+        entries["unit"] = Entry(column_meaning.unit, FROM_FILE)
+    elif column_meaning.quantity == "temperature":
+        entries["unit"] = Entry("degC", GUESS, sure=False)
+    else:
+        low, high = column.span
+        why = f"the values are {low:.4g} to {high:.4g}"
+        if column_meaning.quantity == "angle" and may_be_counts(column):
+            why += ", whole numbers: 'counts', with counts_per_revolution, if an encoder counts them"
+        entries["unit"] = Entry(OPEN, why, sure=False)
+    if wraps is not None:
+        entries["wraps_at"] = Entry(wraps, f"{GUESS}: it starts again there")
+    return entries

@@ -1,0 +1,146 @@
+"""What the first look takes columns for: sides by name and by motion, counts, percent, and what it says of a guess."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bench.errors import ConfigurationError
+from bench.importing import Imported, import_recordings
+from bench.importing.looking import Draft, draft, take_inventory
+from tests.bench.importing import builders
+
+_T = np.arange(2000) / 200
+_Q = 50 * np.sin(_T) + 10 * _T
+_SPEED = np.gradient(_Q, _T)
+
+
+def _draft(folder: Path, **columns: Any) -> Draft:
+    path = builders.csv(folder / "a.csv", **{"t [s]": _T}, **columns)
+    return draft(take_inventory(path), folder / "a.toml")
+
+
+def _content(made: Draft) -> dict[str, Any]:
+    return tomllib.loads(made.text())
+
+
+def _variables(made: Draft) -> dict[str, str]:
+    """Column of each channel."""
+    return {name: table["variable"] for name, table in _content(made)["channels"].items()}
+
+
+def _rig(side: str) -> dict[str, Any]:
+    """A log with everything on both sides, whose output is called ``side``."""
+    return {
+        "phi_mot[deg]": np.degrees(_Q),
+        f"phi_{side}[deg]": np.degrees(_Q) / 119,
+        f"M_{side}[Nm]": 180 * np.sin(_Q / 119),
+        "I_mot[A]": np.cos(_T),
+        "n_mot[1/min]": _SPEED * 30 / np.pi,
+    }
+
+
+def test_a_short_word_for_the_output_is_one_and_its_angle_gives_the_ratio(tmp_path: Path) -> None:
+    made = _draft(tmp_path, **_rig("abtr"))
+    taken = _variables(made)
+    assert [taken[name] for name in ("load_angle", "load_torque", "motor_torque")] == [
+        "phi_abtr[deg]",
+        "M_abtr[Nm]",
+        "I_mot[A]",
+    ]
+    assert _content(made)["gearbox"] == {"ratio": 119.0}
+
+
+def test_an_angle_that_turns_with_the_motors_is_the_outputs_whatever_its_name(tmp_path: Path) -> None:
+    made = _draft(tmp_path, **_rig("xyz"))
+    taken = _variables(made)
+    assert taken["load_angle"] == "phi_xyz[deg]"
+    assert _content(made)["gearbox"] == {"ratio": 119.0}
+    # a torque that names no side comes after a current that names the motor's
+    assert taken["motor_torque"] == "I_mot[A]"
+
+
+def test_an_angle_that_turns_farther_than_one_of_the_motors_name_is_not_the_outputs(tmp_path: Path) -> None:
+    taken = _variables(_draft(tmp_path, **{"phi_mot[rad]": _Q, "phi_el[rad]": 5 * _Q, "M_mot[Nm]": np.cos(_T)}))
+    assert "load_angle" not in taken
+    assert taken["motor_angle"] == "phi_mot[rad]"
+
+
+def test_a_torque_that_names_no_side_is_marked_as_a_guess(tmp_path: Path) -> None:
+    made = _draft(tmp_path, **{"phi_mot[rad]": _Q, "torque [Nm]": np.cos(_T)})
+    assert made.entries()["channels.motor_torque.variable"].why == "a guess, its name says no side of the gearbox"
+
+
+def test_a_ratio_that_is_not_whole_is_asked_for(tmp_path: Path) -> None:
+    for ratio, sure in ((119.0, True), (119.206, False)):
+        made = _draft(tmp_path, **{"motor angle [rad]": _Q, "output angle [rad]": _Q / ratio})
+        assert made.entries()["gearbox.ratio"].value == pytest.approx(ratio)
+        assert made.entries()["gearbox.ratio"].sure is sure
+
+
+@pytest.mark.parametrize(("name", "told"), [("A2 Istposition", True), ("A2 Motorposition", False)])
+def test_an_angle_that_turns_less_than_once_may_be_a_joints(tmp_path: Path, name: str, told: bool) -> None:
+    joint = np.degrees(_Q) / 121
+    made = _draft(tmp_path, **{f"{name} [°]": joint, "A2 Istgeschwindigkeit [°/s]": np.degrees(_SPEED) / 121})
+    said = [one for one in made.remarks if "turns over" in one]
+    assert len(said) == told
+    for one in said:
+        assert one.endswith("its table is [channels.load_angle], and that of its speed [channels.load_velocity]")
+
+
+def test_counts_per_revolution_are_those_of_the_speed_and_not_of_an_overflow_after_several_turns(
+    tmp_path: Path,
+) -> None:
+    counter = np.round(_Q / (2 * np.pi) * 16384).astype(np.int64) % 65536
+    channels = _content(_draft(tmp_path, counter=counter, n_rpm=_SPEED * 30 / np.pi))["channels"]
+    assert channels["motor_angle"]["counts_per_revolution"] == 16384.0
+    assert channels["motor_angle"]["wraps_at"] == 65536.0
+    made = _draft(tmp_path, counter=counter, n_rpm=_SPEED * 50 * 30 / np.pi)
+    entry = made.entries()["channels.motor_angle.counts_per_revolution"]
+    assert entry.value == "?"
+    assert entry.why.startswith("of its shaft; n_rpm says 32")
+
+
+def test_whole_numbers_of_an_encoder_are_counts(tmp_path: Path) -> None:
+    counts = np.round(4096 * _Q).astype(np.int64)
+    channels = _content(_draft(tmp_path, encoder=counts, current_mA=900 * np.cos(_T)))["channels"]
+    assert channels["motor_angle"] == {"variable": "encoder", "unit": "counts", "counts_per_revolution": "?"}
+    made = _draft(tmp_path, position=counts, current_mA=900 * np.cos(_T))
+    assert made.entries()["channels.motor_angle.unit"].why.endswith("if an encoder counts them")
+    made = _draft(tmp_path, encoder=_Q, current_mA=900 * np.cos(_T))
+    assert "counts" not in made.entries()["channels.motor_angle.unit"].why
+
+
+def test_percent_of_the_rated_torque_ask_for_it(tmp_path: Path) -> None:
+    columns = {"motor angle [rad]": _Q, "motor torque [% rated]": 50 * np.cos(_T), "valve position [%]": _T}
+    made = _draft(tmp_path, **columns)
+    content = _content(made)
+    table = content["channels"]["motor_torque"]
+    assert (table["unit"], table["factor"]) == ("%", "?")
+    assert "valve_position" in content["aux"]
+    made.write(tmp_path / "a.toml")
+    changes = {"channels.motor_torque.factor": "3.2 N*m", "gearbox.ratio": 50.0}
+    (done,) = import_recordings(tmp_path / "a.toml", tmp_path / "out", changes=changes)
+    assert isinstance(done, Imported)
+    np.testing.assert_allclose(done.recording.si("motor_torque"), 1.6 * np.cos(_T), atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("channel", "unit", "said"),
+    [
+        ("motor_torque", "%", "a factor that is 100 % of it, such as '3.2 N*m' for the rated torque"),
+        ("motor_angle", "counts", "counts_per_revolution such as 4096 makes an angle of an encoder's counts"),
+        ("motor_torque", "counts", "a factor with a unit such as '0.05 N*m'"),
+    ],
+)
+def test_a_unit_of_no_quantity_is_refused_with_what_makes_one_of_it(
+    tmp_path: Path, channel: str, unit: str, said: str
+) -> None:
+    builders.csv(tmp_path / "a.csv", t=_T, x=_Q)
+    with pytest.raises(ConfigurationError, match=f"channels.{channel}: unit '{unit}' is of no quantity") as error:
+        builders.run(tmp_path, f'{channel} = {{variable = "x", unit = "{unit}"}}', ratio="50")
+    assert said in str(error.value)
