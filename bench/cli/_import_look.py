@@ -16,7 +16,9 @@ from bench.cli._plain import line, plain, say
 if TYPE_CHECKING:
     from bench.importing.looking import Draft, Inventory
 
-_WIDEST_NAME = 26
+_WIDEST_NAME = 40
+"""marks of a column's name that are shown; the mapping has all of it"""
+_NARROWEST_UNIT = 6
 
 
 def look(file: str, mapping: Path | None, changes: dict[str, Any], *, asking: bool, as_json: bool) -> Path:
@@ -82,31 +84,42 @@ def _look_at_fmu(file: Path, mapping: Path | None, changes: dict[str, Any], *, a
     return target
 
 
+def _short(name: str) -> str:
+    """A name with its middle left out where it is too long for a column: names of one file mostly begin alike."""
+    half = (_WIDEST_NAME - 1) // 2
+    return name if len(name) <= _WIDEST_NAME else f"{name[:half]}…{name[-half:]}"
+
+
 def _show(found: Inventory, made: Draft) -> None:
     from bench.importing.looking.inventory import picture
 
+    if found.unseen:
+        say(f"{found.file} is the first of {len(found.unseen) + 1} files that fit; the others are not shown")
     lengths = sorted({column.values.size for column in found.columns}, reverse=True)
     rate = "rate not known" if made.rate is None else f"{made.rate:.6g} Hz"
     say(f"{found.file}: {len(found.columns)} columns of {', '.join(map(str, lengths[:4]))} samples, {rate}")
     if made.time is not None and made.time.stamps:
         first, last = (str(np.datetime_as_string(stamp, unit="ms")) for stamp in made.time.values[[0, -1]])
         say(f"time stamps from {first} to {last}{' UTC' if made.time.variable.zoned else ', which say no zone'}")
-    width = min(_WIDEST_NAME, max(len(column.name) for column in found.columns))
-    for column in found.columns:
+    names = [_short(line(column.name)) for column in found.columns]
+    constants = {_short(line(name)): value for name, value in found.constants.items()}
+    width = max(map(len, (*names, *constants)))
+    units = max(_NARROWEST_UNIT, *(len(line(column.variable.unit)) for column in found.columns))
+    for name, column in zip(names, found.columns, strict=True):
         low, high = column.span
         span = "" if column.stamps or math.isnan(low) else f"{low:10.4g} … {high:<10.4g}"
-        unit = column.variable.unit
+        unit = line(column.variable.unit)
         role = "time" if column is made.time else made.channel_by_column.get(column.name, "")
         role = "empty, left out" if column.empty else role
         shape = "x".join(map(str, column.variable.shape))
         drawn = picture(column.seconds)
-        say(f"{line(column.name):<{width}} {shape:>8} {unit:<6} {span:<23} {drawn:<24} {role}".rstrip())
+        say(f"{name:<{width}} {shape:>8} {unit:<{units}} {span:<23} {drawn:<24} {role}".rstrip())
     for sentence in found.missing_samples():
         say(line(sentence))
-    for name, value in found.constants.items():
-        say(f"{line(name):<{width}}        1 = {value:g}, may be a scale")
+    for name, value in constants.items():
+        say(f"{name:<{width}}        1 = {value:g}, may be a scale")
     for variable, why in found.others:
-        say(f"{line(variable.name):<{width}} {'x'.join(map(str, variable.shape)):>8} left out: {line(why)}")
+        say(f"{_short(line(variable.name)):<{width}} {'x'.join(map(str, variable.shape)):>8} left out: {line(why)}")
 
 
 def _as_dict(found: Inventory, made: Draft, target: Path) -> dict[str, Any]:

@@ -82,6 +82,7 @@ def _import(mapping: Path, out: Path, data: Path | None, changes: dict[str, Any]
     rows: list[dict[str, Any]] = []
     ruled_out: dict[str, int] = {}
     warned: dict[str, list[str]] = {}
+    noted: dict[str, list[str]] = {}
     files = 0
     for _, group in groupby(import_recordings(mapping, out, data, changes), key=_origin):
         pieces: list[Imported] = []
@@ -96,12 +97,17 @@ def _import(mapping: Path, out: Path, data: Path | None, changes: dict[str, Any]
         files += bool(pieces)
         for sentence in dict.fromkeys(consequence for piece in pieces for consequence in _consequences(piece)):
             ruled_out[sentence] = ruled_out.get(sentence, 0) + 1
+        for sentence in dict.fromkeys(note for piece in pieces for note in piece.notes):
+            noted.setdefault(sentence, []).append(pieces[0].recording.path.stem)
         if pieces and not as_json:
             _print_recordings(pieces, warned)
     for words, (_, *others) in warned.items() if not as_json else ():
         if others:
             more = f" and {len(others) - _NAMED} more" if len(others) > _NAMED else ""
             say(line(f"the same warning, with other numbers, of {', '.join(others[:_NAMED])}{more}: {words}"))
+    for sentence, names in noted.items() if not as_json else ():
+        only = f"{names[0]}: {sentence}" if len(names) == 1 else f"in {len(names)} of {files} files {sentence}"
+        say(line(sentence if files == 1 else only))
     for sentence, count in ruled_out.items() if not as_json else ():
         say(line(sentence if files == 1 else f"in {count} of {files} files {sentence}"))
     if any("recording" in row for row in rows):
@@ -139,7 +145,7 @@ def _consequences(done: Imported) -> list[str]:
 
 
 def _print_recordings(pieces: Sequence[Imported], warned: dict[str, list[str]]) -> None:
-    """The recordings made of one file, in a line; what was done to it, and what cannot be.
+    """The recordings made of one file, in a line, and what cannot be.
 
     ``warned``: of which recordings each warning was given, by its words; it is shown once.
     """
@@ -160,8 +166,6 @@ def _print_recordings(pieces: Sequence[Imported], warned: dict[str, list[str]]) 
         given.append(recordings[0].path.stem)
         if len(given) == 1:
             say(f"  WARNING: {line(sentence)}")
-    for sentence in dict.fromkeys(note for piece in pieces for note in piece.notes):
-        say(f"  {line(sentence)}")
 
 
 def parsed_changes(given: list[str]) -> dict[str, Any]:

@@ -22,8 +22,8 @@ from bench.foreign.fmu import GIVEN, KINDS, REALS, declared_unit, fmi_type, unpa
 from bench.foreign.inputs import unit_of
 from bench.foreign.mapping import Mapping as VariableMapping
 from bench.importing.formats.source import Variable
+from bench.importing.looking.column import Column
 from bench.importing.looking.entries import toml
-from bench.importing.looking.inventory import Column
 from bench.importing.looking.names import channel_of, meaning
 from bench.importing.units import si_of
 from bench.importing.units import unit_of as read_unit

@@ -72,8 +72,8 @@ def cut(progress: FloatArray, length: float, at_least: int, least: float, unit: 
 def _note(count: int, piece_length: float, length: float, at_least: int, total: float, unit: str) -> str:
     if piece_length < length * (1.0 - 1e-9):
         first = (
-            f"pieces of {piece_length:g} {unit} instead of {length:g}, "
-            f"of which {total:.4g} would not have made {at_least}"
+            f"cut into pieces of {piece_length:.4g} {unit} and not of {length:g} {unit}, because pieces.at_least wants "
+            f"{at_least} pieces of these {total:.4g} {unit}"
         )
         return first if count >= at_least else f"{first}; there are {count} even so"
     if count < at_least:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from bench.errors import ConfigurationError
+from bench.importing.channel_mapping import ChannelMapping
 from bench.importing.formats import Source, open_source
 from bench.importing.formats.text_layout import TextOptions
 from bench.importing.mapping import RecordingMapping
@@ -57,6 +59,47 @@ def found(folder: Path, entry: RecordingMapping) -> list[tuple[Path, tuple[str, 
             f"'{entry.file}'; leave it out, each then has the name of its file."
         )
     return [(path, _stars(path.relative_to(folder).as_posix(), entry.file)) for path in files]
+
+
+def refuse_shared(recordings: Iterable[tuple[Path, tuple[str, ...], Mapping[str, ChannelMapping]]], where: str) -> None:
+    """Refuse a channel that would be read from one file for several recordings.
+
+    A channel with a clock of its own may: a thermometer's log spans all recordings. So may the time, which is the same
+    where a logger starts anew for each.
+
+    Parameters
+    ----------
+    recordings : main file of each, what the stars of its pattern stand for, and its channels.
+
+    Raises
+    ------
+    ConfigurationError
+        A channel's file has no ``*`` and is read for several main files.
+    """
+    mains: dict[tuple[str, Path], dict[Path, tuple[str, ...]]] = {}
+    for main, stars, channels in recordings:
+        files = Files(main, TextOptions(), stars)
+        for name, wanted in channels.items():
+            named = {part.file for part in (wanted, *wanted.sum)} - {None}
+            if name != "time" and wanted.time is None:
+                for path in map(files.path, named):
+                    if path != main:
+                        mains.setdefault((name, path), {})[main] = stars
+    for (name, path), of in mains.items():
+        if len(of) > 1:
+            starred = _starred(path.name, of.values())
+            key = f"aux.{name.removeprefix('aux/')}" if name.startswith("aux/") else f"channels.{name}"
+            raise ConfigurationError(
+                f"{where}: {key}.file: '{path.name}' would be read for {len(of)} recordings, each should have its own; "
+                f"'*' stands for what differs{f', such as {starred!r}' if starred else ''}, or the [[recordings]] have "
+                "channels of their own."
+            )
+
+
+def _starred(name: str, stars: Iterable[tuple[str, ...]]) -> str:
+    """The name of a file with ``*`` for what a pattern's star stands for in one of the recordings; empty if nowhere."""
+    texts = sorted({text for one in stars for text in one if text and text in name}, key=len, reverse=True)
+    return name.replace(texts[0], "*", 1) if texts else ""
 
 
 def _stars(name: str, pattern: str) -> tuple[str, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
@@ -15,15 +16,9 @@ from numpy.typing import NDArray
 
 from bench.errors import ConfigurationError, RecordingError
 from bench.importing.cutting import LEAST_REVOLUTIONS, Cut, cut, travelled
-from bench.importing.files import Files, found, ids
-from bench.importing.mapping import (
-    Mapping,
-    RecordingMapping,
-    SegmentMapping,
-    as_utc,
-    load_mapping,
-)
-from bench.importing.motor_angle import FROM_OUTPUT
+from bench.importing.files import Files, found, ids, refuse_shared
+from bench.importing.mapping import Mapping, RecordingMapping, SegmentMapping, as_utc, load_mapping
+from bench.importing.motor_angle import FROM_OUTPUT, lost_zero
 from bench.importing.plausible import implausible, misspelt
 from bench.importing.steady import steady_stretches
 from bench.importing.table import ChannelTable, read_table
@@ -71,14 +66,16 @@ def import_recordings(
     mapping_path, out = Path(mapping_path), Path(out)
     mapping, text = load_mapping(mapping_path, changes)
     folder = Path(data) if data is not None else mapping_path.parent
+    entries = [(entry, found(folder, entry)) for entry in mapping.recordings]
+    columns = [({**mapping.columns, **entry.channels}, files) for entry, files in entries]
+    refuse_shared(((*file, channels) for channels, files in columns for file in files), f"{mapping_path}")
     out.mkdir(parents=True, exist_ok=True)
-    for entry in mapping.recordings:
-        files = found(folder, entry)
+    mains = [file for _, files in entries for file, _ in files]
+    for entry, files in entries:
         for (file, stars), name in zip(files, ids(files, entry), strict=True):
             try:
-                targets, notes, warnings = _import_one(
-                    mapping, text, mapping_path, entry, Files(file, mapping.csv.options(), stars), out / name
-                )
+                opened = Files(file, mapping.csv.options(), stars)
+                targets, notes, warnings = _import_one(mapping, text, mapping_path, entry, opened, out / name, mains)
             except RecordingError as error:
                 yield Rejected(file, str(error))
                 continue
@@ -92,11 +89,22 @@ def import_recordings(
 
 
 def _import_one(
-    mapping: Mapping, text: str, mapping_path: Path, entry: RecordingMapping, files: Files, stem: Path
+    mapping: Mapping,
+    text: str,
+    mapping_path: Path,
+    entry: RecordingMapping,
+    files: Files,
+    stem: Path,
+    mains: list[Path],
 ) -> tuple[list[Path], tuple[str, ...], tuple[str, ...]]:
-    """Write the recordings of one file; gives their paths, what was done to the data, and what of them cannot be."""
+    """Write the recordings of one file of ``mains``; gives their paths, what was done to the data, and what of them
+    cannot be.
+    """
     columns = {**mapping.columns, **entry.channels}
     table = read_table(mapping, columns, files, f"{mapping_path}")
+    lost = lost_zero(table.channels, columns, mapping.gearbox.ratio) if len(set(mains)) > 1 else None
+    if lost is not None:
+        table.notes.append(lost)
     segments = [
         _segment(segment, table.time, files.main)
         for segment in (entry.segments if entry.segments is not None else mapping.segments)
@@ -104,7 +112,7 @@ def _import_one(
     whole = _bounds(entry, table, files.main)
     if entry.segments is None and not mapping.segments:
         segments = _steady(mapping, entry, table, whole)
-    stretches = _stretches(mapping, entry, table, whole, files.main)
+    stretches = _stretches(mapping, entry, table, whole, files.main, len(mains))
     width = max(2, len(str(len(stretches))))
     targets = [
         stem.with_name(f"{stem.name}.h5" if len(stretches) == 1 else f"{stem.name}-{index:0{width}d}.h5")
@@ -187,8 +195,13 @@ def _bounds(entry: RecordingMapping, table: ChannelTable, file: Path) -> slice:
     return rows
 
 
-def _stretches(mapping: Mapping, entry: RecordingMapping, table: ChannelTable, whole: slice, file: Path) -> list[slice]:
-    """The rows of each recording: what stands between gaps, and pieces of that; every row of ``whole`` once."""
+def _stretches(
+    mapping: Mapping, entry: RecordingMapping, table: ChannelTable, whole: slice, file: Path, count: int
+) -> list[slice]:
+    """The rows of each recording: what stands between gaps, and pieces of that; every row of ``whole`` once.
+
+    Of ``count`` files each gives its share of the pieces that should come of all.
+    """
     edges = [whole.start, *(start for start in table.starts if whole.start < start < whole.stop), whole.stop]
     stretches = [slice(a, b) for a, b in itertools.pairwise(edges)]
     if len(stretches) > 1:
@@ -201,10 +214,11 @@ def _stretches(mapping: Mapping, entry: RecordingMapping, table: ChannelTable, w
     pieces = entry.pieces or mapping.pieces
     if pieces is None:
         return stretches
+    share = math.ceil(pieces.at_least / count)
     out = []
     for stretch in stretches:
         time = table.time[stretch]
-        wanted = max(1, round(pieces.at_least * (stretch.stop - stretch.start) / (whole.stop - whole.start)))
+        wanted = max(1, round(share * (stretch.stop - stretch.start) / (whole.stop - whole.start)))
         if pieces.seconds is not None:
             made: Cut = cut(time - time[0], pieces.seconds, wanted, 0.0, "s")
         else:

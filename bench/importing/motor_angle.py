@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
 from bench.importing.channel import LINEAR, Channel
+from bench.importing.channel_mapping import ChannelMapping
 from bench.recording.header import ChannelSpec
 from bench.signals import BY_NAME
 
@@ -13,6 +16,8 @@ INTEGRAL = "integral of "
 """begins the origin of an angle that is the integral of a speed"""
 OF_OUTPUT = ", the angle of the output, times gearbox.ratio "
 """stands in the origin of an angle that is the output's, times the ratio"""
+_WHOLE = 1e-6
+"""how near to whole turns of the output a motor's angle starts again for its position to stay known (rounding)"""
 FROM_OUTPUT = "the motor's angle was not measured"
 """begins the note of an angle that is the output's, times the ratio"""
 
@@ -41,6 +46,25 @@ def add_motor_angle(channels: dict[str, Channel], notes: list[str], *, ratio: fl
             "motor_angle is the integral of motor_velocity: it has no zero of its own and drifts with that of the "
             "velocity"
         )
+
+
+def lost_zero(channels: Mapping[str, Channel], wanted: Mapping[str, ChannelMapping], ratio: float) -> str | None:
+    """Say by how much the output's position may differ between files, where the motor's angle starts again and its
+    turns are counted anew in each; None where the output's position is known.
+    """
+    wraps_at = wanted["motor_angle"].wraps_at if "motor_angle" in wanted else None
+    if wraps_at is None or "load_angle" in channels:
+        return None
+    spec = channels["motor_angle"].spec
+    step = abs(wraps_at * spec.scale / ratio)
+    turns = step / (2 * np.pi)
+    if spec.unit == "rad" and abs(turns - round(turns)) < _WHOLE:
+        return None
+    size = f"{360.0 * turns:.4g}°" if spec.unit == "rad" else f"{step:.4g} {spec.unit}"
+    return (
+        f"motor_angle starts again at wraps_at = {wraps_at:g} and its turns are counted anew in each file: from file "
+        f"to file the position of the output is known up to multiples of {size} only; one file with pieces keeps it"
+    )
 
 
 def _channel(values: NDArray[np.float64], origin: str, measured: Channel, *, linear: bool) -> Channel:

@@ -6,9 +6,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from bench.importing.looking.column import Column
 from bench.importing.looking.entries import Entry
 from bench.importing.looking.guesses import rises_evenly, step_of, unit_of_time
-from bench.importing.looking.inventory import Column, Inventory
+from bench.importing.looking.inventory import Inventory
 from bench.importing.looking.names import Meaning
 from bench.importing.mapping import OPEN
 from bench.importing.units import split_unit, unit_of

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from bench.importing.axis import mixture
 from bench.importing.channel import LINEAR
 from bench.importing.looking.clocks import clock_of, coarse_clock, rate_entry, why_no_clock
+from bench.importing.looking.column import Column
 from bench.importing.looking.entries import Draft, Entry
 from bench.importing.looking.guesses import power_of_two, rate_of, step_of, unit_of_time
-from bench.importing.looking.inventory import Column, Inventory
+from bench.importing.looking.inventory import Inventory
 from bench.importing.looking.motion import Motion, values_of
 from bench.importing.looking.names import Meaning, axes_of, busiest_axis, channel_of, meaning, plain
 from bench.importing.looking.tables import FROM_FILE, GUESS, channel_entries, place_of
@@ -81,7 +82,14 @@ def draft(found: Inventory, mapping: Path) -> Draft:
         _further(out, column, meanings[column.name])
     _own_clocks(out, found, time, meanings)
     path = os.path.relpath(found.pattern, mapping.parent)
-    out.tables["recordings"] = {"file": Entry(Path(path).as_posix())}
+    why = "of several recordings: '*' in this and every other 'file' for the part of the name that differs"
+    out.tables["recordings"] = {"file": Entry(Path(path).as_posix(), why if found.several else "")}
+    unlike = found.unlike()
+    if unlike is not None:
+        out.remarks.append(
+            f"{unlike} has other columns than {found.file.name}, so the files of the pattern are no recordings of the "
+            "same channels: a pattern of the files of one recording shows them together"
+        )
     return out
 
 

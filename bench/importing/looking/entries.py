@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.errors import ConfigurationError
-from bench.importing.looking.inventory import Column
+from bench.importing.looking.column import Column
 from bench.importing.mapping import OPEN
 
 NEEDED = {

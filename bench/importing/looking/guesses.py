@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.importing.looking.inventory import Column
+from bench.importing.looking.column import Column
 
 FloatArray = NDArray[np.float64]
 _POSIX = 4e8, 5e9

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bench.importing.looking.column import Column
 from bench.importing.looking.guesses import STRETCH, FloatArray, integral, overflow, ratio_of
-from bench.importing.looking.inventory import Column
 from bench.importing.looking.names import Meaning
 from bench.importing.units import si_of, unit_of
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from bench.errors import ConfigurationError
-from bench.importing.looking.inventory import Column
+from bench.importing.looking.column import Column
 from bench.importing.looking.words import quantity_of
 from bench.importing.units import PERCENT, split_unit, unit_of
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from bench.importing.looking.column import NAMELESS, Column
 from bench.importing.looking.entries import Entry
 from bench.importing.looking.guesses import overflow, unsigned_bits
-from bench.importing.looking.inventory import NAMELESS, Column
 from bench.importing.looking.names import Meaning, may_be_counts
 from bench.importing.mapping import OPEN
 from bench.importing.units import PERCENT
@@ -17,9 +17,9 @@ _MOST_AMPERES = 1000.0
 def place_of(column: Column) -> dict[str, Entry]:
     """Where a column stands, as a mapping says it."""
     entries: dict[str, Entry] = {}
-    if column.file:
-        return {"file": Entry(column.file), "column": Entry(column.number or 1)}
     headed = not column.variable.name.startswith((NAMELESS, "row "))
+    if column.file and not column.headed:
+        return {"file": Entry(column.file), "column": Entry(column.number or 1)}
     if headed:
         entries["variable"] = Entry(column.variable.name)
     else:
@@ -30,6 +30,10 @@ def place_of(column: Column) -> dict[str, Entry]:
     if bits is not None:
         why = f"{GUESS}: all values are near 0 or near {2**bits}, as negative ones are without their sign"
         entries["signed_bits"] = Entry(bits, why, sure=False)
+    if column.file:
+        entries["file"] = Entry(column.file)
+        if column.variable.clock is not None:
+            entries["time"] = Entry(column.variable.clock, "its own clock")
     return entries
 
 

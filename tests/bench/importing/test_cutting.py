@@ -49,7 +49,7 @@ def test_pieces_are_as_long_as_asked_and_six_where_two_revolutions_each_allow_it
         assert not made.note
     else:
         assert min(run[:-1]) >= 2.0 - tolerance
-        assert "instead of" in made.note
+        assert "and not of" in made.note
 
 
 def test_noise_of_an_encoder_adds_up_to_no_revolution() -> None:
@@ -91,6 +91,24 @@ def test_start_and_stop_cut_a_recording_out(tmp_path: Path) -> None:
     found = [item.recording for item in done if isinstance(item, Imported)]
     assert [(recording.recording_id, recording.size) for recording in found] == [("first", 300), ("second", 1500)]
     assert found[0].si("motor_torque", 0, 1)[0] == pytest.approx(np.sin(2.0))
+
+
+def test_pieces_are_counted_over_all_files(tmp_path: Path) -> None:
+    _write(tmp_path)
+    files = 'recording_id = "r0"\n' + "".join(
+        f'[[recordings]]\nfile = "a.csv"\nrecording_id = "r{k}"\n' for k in (1, 2)
+    )
+    done = builders.run(tmp_path, _CHANNELS, ratio="5.0", entry=files, top="pieces = {seconds = 10}")
+    made = [item.recording for item in done if isinstance(item, Imported)]
+    assert [round(recording.size / 100) for recording in made] == [10] * 6
+    assert not any("at_least" in note for item in done if isinstance(item, Imported) for note in item.notes)
+    (tmp_path / "two").mkdir()
+    _write(tmp_path / "two")
+    files = 'recording_id = "r0"\n[[recordings]]\nfile = "a.csv"\nrecording_id = "r1"\n'
+    done = builders.run(tmp_path / "two", _CHANNELS, ratio="5.0", entry=files, top="pieces = {seconds = 15}")
+    assert len(done) == 6
+    assert isinstance(done[0], Imported)
+    assert "because pieces.at_least wants 3 pieces of these 19.99 s" in " ".join(done[0].notes)
 
 
 def test_what_cannot_be_cut_so_is_said(tmp_path: Path) -> None:
