@@ -7,7 +7,6 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +17,9 @@ from bench.errors import ConfigurationError, RecordingError
 from bench.importing.cutting import LEAST_REVOLUTIONS, Cut, cut, travelled
 from bench.importing.files import Files, found, ids, refuse_shared
 from bench.importing.mapping import Mapping, RecordingMapping, SegmentMapping, as_utc, load_mapping
-from bench.importing.motor_angle import FROM_OUTPUT, lost_zero
+from bench.importing.motor_angle import FROM_OUTPUT, hardly_turns, lost_zero
 from bench.importing.plausible import implausible, misspelt
+from bench.importing.provenance import provenance, software
 from bench.importing.steady import steady_stretches
 from bench.importing.table import ChannelTable, read_table
 from bench.recording.folder import Rejected
@@ -102,9 +102,9 @@ def _import_one(
     """
     columns = {**mapping.columns, **entry.channels}
     table = read_table(mapping, columns, files, f"{mapping_path}")
-    lost = lost_zero(table.channels, columns, mapping.gearbox.ratio) if len(set(mains)) > 1 else None
-    if lost is not None:
-        table.notes.append(lost)
+    ratio = mapping.gearbox.ratio
+    lost = lost_zero(table.channels, columns, ratio) if len(set(mains)) > 1 else None
+    table.notes += [note for note in (lost, hardly_turns(table.channels, ratio)) if note is not None]
     segments = [
         _segment(segment, table.time, files.main)
         for segment in (entry.segments if entry.segments is not None else mapping.segments)
@@ -124,7 +124,7 @@ def _import_one(
                 f"{target}: is there already, an import does not overwrite recordings; "
                 "--out should name another folder."
             )
-    impossible = implausible(table, mapping.gearbox.ratio, f"{mapping_path}", columns)
+    impossible = implausible(table, ratio, f"{mapping_path}", columns)
     warnings = (*misspelt(table, f"{mapping_path}"), *impossible)
     rate = mapping.sample_rate or 1 / float(np.median(np.diff(table.time)))
     started = entry.started_at or mapping.started_at or table.started_at
@@ -145,8 +145,8 @@ def _import_one(
             gearbox_serial=mapping.gearbox_serial,
             axis="linear" if table.linear else "rotary",
             config=text,
-            software=_software(),
-            attributes=_provenance(files.main, rows, number, len(stretches)),
+            software=software(),
+            attributes=provenance(files.main, rows, number, len(stretches)),
         )
         _write(target, header, table, rows, segments, warnings)
     return targets, tuple(table.notes), warnings
@@ -173,13 +173,6 @@ def _write(
         for note in (*table.notes, *warnings)
     ]
     write_recording(target, header, channels, inside, events)
-
-
-def _provenance(file: Path, rows: slice, number: int, count: int) -> dict[str, Any]:
-    attributes: dict[str, Any] = {"imported_from": file.name}
-    if count > 1:
-        attributes |= {"piece": f"{number} of {count}", "first_row": int(rows.start), "rows_end": int(rows.stop)}
-    return attributes
 
 
 def _bounds(entry: RecordingMapping, table: ChannelTable, file: Path) -> slice:
@@ -291,11 +284,3 @@ def _segment(segment: SegmentMapping, time: NDArray[np.float64], file: Path) -> 
             f"it should lie within rows 0 to {time.size}."
         )
     return made
-
-
-def _software() -> dict[str, str]:
-    try:
-        release = version("gearbench")
-    except PackageNotFoundError:
-        release = "unknown"
-    return {"name": "gearbench", "version": release, "revision": "unknown"}

@@ -16,6 +16,9 @@ INTEGRAL = "integral of "
 """begins the origin of an angle that is the integral of a speed"""
 OF_OUTPUT = ", the angle of the output, times gearbox.ratio "
 """stands in the origin of an angle that is the output's, times the ratio"""
+_GEARED = 10.0
+"""Gear ratio from which a motor that turns less than once moves the output by less than a tenth of a revolution: few
+machines are measured so."""
 _WHOLE = 1e-6
 """how near to whole turns of the output a motor's angle starts again for its position to stay known (rounding)"""
 FROM_OUTPUT = "the motor's angle was not measured"
@@ -64,6 +67,22 @@ def lost_zero(channels: Mapping[str, Channel], wanted: Mapping[str, ChannelMappi
     return (
         f"motor_angle starts again at wraps_at = {wraps_at:g} and its turns are counted anew in each file: from file "
         f"to file the position of the output is known up to multiples of {size} only; one file with pieces keeps it"
+    )
+
+
+def hardly_turns(channels: Mapping[str, Channel], ratio: float) -> str | None:
+    """Say that a motor turns less than once, where the gearbox turns it many times as far as the output: the angle may
+    be the output's. None where it turns more, or its side is known from other channels.
+    """
+    angle = channels.get("motor_angle")
+    if angle is None or "load_angle" in channels or abs(ratio) < _GEARED or angle.spec.unit != "rad":
+        return None
+    if OF_OUTPUT in angle.spec.origin or not 0.0 < float(np.ptp(angle.si)) < 2 * np.pi:
+        return None
+    return (
+        f"motor_angle turns less than once, so the output with gearbox.ratio {ratio:g} less than "
+        f"{360.0 / abs(ratio):.2g}°: if it is the output's angle (a joint's), [channels.load_angle] instead of "
+        "[channels.motor_angle] would be right"
     )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.importing.channel_mapping import PartMapping
-from bench.importing.motor_angle import INTEGRAL, OF_OUTPUT
+from bench.importing.motor_angle import INTEGRAL
 from bench.importing.plausible.factors import CLOSE, reason
 from bench.importing.plausible.motion import POSITION, Blocks, Law, blocks, law
 from bench.importing.table import ChannelTable
@@ -25,9 +25,6 @@ _TOGETHER = 0.9
 _SPEEDS = 0.05
 _ANGLES = 0.005
 _FASTEST = 5000.0
-_GEARED = 10.0
-"""Gear ratio from which a motor that turns less than once moves the output by less than a tenth of a revolution: few
-machines are measured so."""
 _COLDEST, _HOTTEST = -60.0, 220.0
 
 
@@ -46,8 +43,6 @@ def implausible(
     found += _temperatures(values, where)
     if not table.linear:
         found += _too_fast(values, where)
-        if "motor_angle" in measured and OF_OUTPUT not in table.channels["motor_angle"].spec.origin:
-            found += _hardly_turns(values, ratio, where)
     current = "motor_torque" in wanted and wanted["motor_torque"].torque_constant is not None
     found += _torques(values, ratio, where, linear=table.linear, current=current)
     return found
@@ -150,19 +145,6 @@ def _too_fast(values: dict[str, FloatArray], where: str) -> Iterator[str]:
             f"{where}: channels.motor_angle turns at {fastest:.4g} rad/s ({fastest * 30 / np.pi:.4g} rpm), "
             "faster than motors do; a unit such as 'deg', or another unit of channels.time, would be right."
         )
-
-
-def _hardly_turns(values: dict[str, FloatArray], ratio: float, where: str) -> Iterator[str]:
-    """A motor turns many times as far as the output: where it turns less than once, the angle may be the output's."""
-    turned = float(np.ptp(values["motor_angle"])) / (2 * np.pi)
-    if "load_angle" in values or abs(ratio) < _GEARED or not 0.0 < turned < 1.0:
-        return
-    yield (
-        f"{where}: channels.motor_angle turns over {turned:.2g} revolutions in {values['time'][-1]:.3g} s, which is "
-        f"{360.0 * turned / abs(ratio):.2g}° of the output with gearbox.ratio {ratio:g}: likely it is the output's (a "
-        "joint's), unless only small motions were recorded; [channels.load_angle] instead of [channels.motor_angle] "
-        "would be right."
-    )
 
 
 def _torques(values: dict[str, FloatArray], ratio: float, where: str, *, linear: bool, current: bool) -> Iterator[str]:
