@@ -62,7 +62,7 @@ def _one_way(start: int | None, start_s: float | None, stop: int | None, stop_s:
 class PiecesMapping(Strict):
     """Pieces of a long recording: of ``revolutions`` of the output, or of ``seconds``; every sample in one of them.
 
-    Where fewer than ``at_least`` would come of it they are made shorter, and the recordings say so.
+    Where fewer than ``at_least`` would come of all files together they are made shorter, and the recordings say so.
     """
 
     revolutions: float | None = Field(default=None, gt=0)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from bench.importing.channel_mapping import PartMapping
 from bench.importing.motor_angle import INTEGRAL
-from bench.importing.plausible.factors import CLOSE, reason
+from bench.importing.plausible.factors import CLOSE, named, reason
 from bench.importing.plausible.motion import POSITION, Blocks, Law, blocks, law
 from bench.importing.table import ChannelTable
 from bench.signals import BY_NAME
@@ -95,10 +95,10 @@ def _speeds(values: dict[str, FloatArray], side: str, ratio: float, where: str, 
             wrong = f"{side}_angle" if side == "motor" else velocity
         elif ratio != 1.0 and abs(factor * ratio - 1.0) < CLOSE:
             wrong = velocity if side == "motor" else f"{side}_angle"
-        elif counts is not None and factor > 0.0:
+        elif counts is not None and factor > 0.0 and not named(factor, ratio):
             yield (
                 f"{said_of_both}likely channels.{side}_angle.counts_per_revolution is not {counts:g}, "
-                f"{counts / factor:.6g} would be right; or {reason(factor, ratio)} of {velocity}."
+                f"{counts / factor:.5g} would be right; or else scale times {1.0 / factor:.4g} of {velocity}."
             )
             return
         else:

@@ -18,12 +18,17 @@ _FACTORS: tuple[tuple[float, str], ...] = (
 )
 
 
+def named(found: float, ratio: float = 1.0) -> list[tuple[float, str]]:
+    """Known factors that ``found`` is, whatever its sign, each with what is mistaken where it comes up."""
+    known = [*_FACTORS, (abs(ratio), "the other side of the gearbox")] if abs(ratio) > 1.1 else list(_FACTORS)
+    return [(f, text) for factor, text in known for f in (factor, 1.0 / factor) if abs(abs(found) / f - 1.0) < CLOSE]
+
+
 def reason(found: float, ratio: float = 1.0) -> str:
     """Say why a factor that should be 1 may be ``found``, and which scale would be right (half a sentence)."""
     size, words, right = abs(found), [], 1.0 / found
     if abs(size - 1.0) > CLOSE:
-        named = [*_FACTORS, (abs(ratio), "the other side of the gearbox")] if abs(ratio) > 1.1 else list(_FACTORS)
-        fits = [(f, text) for factor, text in named for f in (factor, 1.0 / factor) if abs(size / f - 1.0) < CLOSE]
+        fits = named(found, ratio)
         words += [text for _, text in fits[:1]]
         right = math.copysign(1.0 / fits[0][0], found) if fits else right
     else:

@@ -241,6 +241,10 @@ def test_counts_per_revolution_are_named_where_the_speed_contradicts_them(tmp_pa
     )
     (warning,) = builders.one(tmp_path, channels, ratio=f"{_RATIO}").warnings
     assert re.search(r"likely channels.motor_angle.counts_per_revolution is not 65536, 163\d\d", warning)
+    shutil.rmtree(tmp_path / "out")
+    in_rpm = channels.replace("65536", "16384").replace("rpm", "rad/s")
+    (warning,) = builders.one(tmp_path, in_rpm, ratio=f"{_RATIO}").warnings
+    assert "likely rpm taken for rad/s" in warning
 
 
 def test_friction_that_is_positive_is_not_said_to_be_negative(tmp_path: Path) -> None:
