@@ -1,9 +1,9 @@
 """Sidebands: pairs of orders about a known one that are more than two plain orders which happen to lie so.
 
 A pair is recognised by its sizes (both sides are alike, and of a size of their own among the orders of this gearbox)
-and by its vectors (constant, or in proportion to the carrier's as it moves with the state), each as a log-likelihood
-against two plain orders. Among many orders some pair lies about a known order by chance: the orders found are put
-elsewhere at random, where orders are as dense, and the best pair sought again, hundreds of times.
+and by its vectors (constant, or in proportion to the carrier's or to each other as they move with the state), each as a
+log-likelihood against two plain orders. Among many orders some pair lies about a known order by chance: the orders
+found are put elsewhere at random, where orders are as dense, and the best pair sought again, hundreds of times.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from bench.mismatch import criteria
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.revolutions import Complex, passed
 from bench.mismatch.orders.sight import Sight
-from bench.mismatch.orders.weak import NEIGHBOUR_REVOLUTIONS
+from bench.mismatch.orders.weak import NEIGHBOUR_REVOLUTIONS, design
 from bench.simulation.frame import FloatArray, IntArray
 from bench.simulation.laws import RESONANCE
 
@@ -60,13 +60,15 @@ class Modulation:
 @dataclass(frozen=True, slots=True)
 class _Orders:
     """Found whole orders (n,): number, logarithm of the size over what is usual there; what a constant vector loses
-    against the best plain model, and what one in proportion to each carrier's gains against it (n, carriers).
+    against the best plain model, what one in proportion to each carrier's gains against it (n, carriers), and one in
+    proportion to what the plain model of each other order says (n, n).
     """
 
     number: IntArray
     size: FloatArray
     constant: FloatArray
     following: FloatArray
+    together: FloatArray
     carriers: tuple[float, ...]
     highest: int
 
@@ -105,18 +107,30 @@ def _found(model: TransmissionModel, sight: Sight, taken: Sequence[float]) -> _O
     by = passed(modes, revolutions, candidates)
     size, constant = np.zeros(len(candidates)), np.zeros(len(candidates))
     following = np.full((len(candidates), len(carriers)), -np.inf)
+    before, said, gained = [], [], np.zeros(len(candidates))
     for k, f in enumerate(candidates):
         vectors = sight.at(model, f) / by[:, k]
-        best, _ = sight.gains(vectors, f)
+        best, which = sight.gains(vectors, f)
+        estimate = sight.estimated(vectors, f, which, best)
+        before.append(vectors)
+        said.append(estimate.at(design(estimate.model, revolutions)) / sight.stage.scale)
+        gained[k] = best
         noise = sight.noise(f)
         level = 1.0 / sight.stage.scale
         constant[k] = min(_proportional(vectors, level.astype(np.complex128), noise) - best, 0.0)
         size[k] = 0.5 * np.log(np.mean(np.abs(vectors * sight.stage.scale) ** 2))
         for c in range(len(carriers)):
             following[k, c] = _proportional(vectors, shown[:, c], noise) - best
+    noises = [sight.noise(f) for f in candidates]
+    together = np.array(
+        [
+            [_proportional(v, to, noise) - best for to in said]
+            for v, noise, best in zip(before, noises, gained, strict=True)
+        ]
+    )
     highest = int(max([*candidates, *carriers, 1.0]) * 1.1) + criteria.HIGHEST_MODULATION
     orders = np.array(candidates, dtype=np.int64)
-    return _Orders(orders, _beyond_usual(orders, size), constant, following, carriers, highest)
+    return _Orders(orders, _beyond_usual(orders, size), constant, following, together, carriers, highest)
 
 
 def _beyond_usual(orders: IntArray, size: FloatArray) -> FloatArray:
@@ -206,7 +220,10 @@ def _score(found: _Orders, c: int, low: int, high: int, spread: float, mean: flo
     )
     constant = float(found.constant[low] + found.constant[high])
     following = float(found.following[low, c] + found.following[high, c])
-    return ours - plain + max(constant, following), following > constant
+    # both as one of them moves with the state: what modulates is no constant
+    together = min(float(max(found.together[low, high], found.together[high, low])), 0.0)
+    alike = max(constant, together)
+    return ours - plain + max(alike, following), following > alike
 
 
 def ratios(model: TransmissionModel, sight: Sight, pair: Pair) -> dict[float, tuple[complex, float]]:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bench.mismatch.orders.modulation import _beyond_usual, _found, _proportional
-from bench.mismatch.orders.revolutions import Revolution
+from bench.mismatch.orders.revolutions import Complex, Revolution
 from bench.simulation.laws import RESONANCE, Law
 
 
@@ -67,7 +67,45 @@ def test_what_passes_the_same_mode_is_no_sideband_of_each_other(known: bool) -> 
         noise=lambda _order: noise,
         at=lambda _model, order: shown[round(order)],
         gains=lambda vectors, _order: (_proportional(vectors, np.ones(6, dtype=np.complex128), noise), 0),
+        estimated=lambda vectors, *_: SimpleNamespace(model=("1",), at=lambda x: x[:, 0] * np.mean(vectors)),
     )
     found = _found(cast("Any", model), cast("Any", sight), ())
     assert bool(found.following.min() > 3.0) is not known
     assert bool(np.abs(found.following).max() < 3.0) is known
+
+
+@pytest.mark.parametrize(("slopes", "alike"), [((0.35, 0.35), True), ((0.35, -0.35), False)])
+def test_sides_that_move_alike_with_the_load_may_be_a_pair(slopes: tuple[float, float], alike: bool) -> None:
+    """Neither is constant, and neither follows the carrier, which is so."""
+    loads = np.linspace(-800.0, 800.0, 12)
+    revolutions = [Revolution(0, slice(0, 0), load, 0.1, 25.0, 0.0, 1.0, 1.0, 60.0) for load in loads]
+    rng = np.random.default_rng(2)
+    noise = 0.01
+    size = dict(zip((91, 93), (1.0 + slope * loads / 1000.0 for slope in slopes), strict=True)) | {92: np.ones(12)}
+    shown = {f: v * np.exp(1j * f) + noise * (rng.normal(size=12) + 1j * rng.normal(size=12)) for f, v in size.items()}
+    x = np.column_stack([np.ones(12), loads / 1000.0])
+
+    def line(vectors: Complex) -> Complex:
+        return np.asarray(x @ np.linalg.lstsq(x.astype(np.complex128), vectors, rcond=None)[0])
+
+    model = SimpleNamespace(
+        periodic=SimpleNamespace(
+            series=SimpleNamespace(orders=(92.0,)),
+            laws=(),
+            at_revolutions=lambda _turns, orders: np.column_stack([shown[round(f)] for f in orders]),
+        ),
+        training_revolutions=revolutions,
+        given=SimpleNamespace(orders=(92.0,), notch=()),
+    )
+    sight = SimpleNamespace(
+        found=(91.0, 93.0),
+        stage=SimpleNamespace(scale=np.ones(12)),
+        noise=lambda _order: noise,
+        at=lambda _model, order: shown[round(order)],
+        gains=lambda vectors, _order: (_proportional(vectors, line(vectors), noise), 2),
+        estimated=lambda vectors, *_: SimpleNamespace(model=("1",), at=lambda _x: line(vectors)),
+    )
+    found = _found(cast("Any", model), cast("Any", sight), ())
+    assert found.constant.max() < -10.0
+    assert found.following.max() < -10.0
+    assert bool(found.together[0, 1] > -3.0) is alike
