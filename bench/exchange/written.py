@@ -15,7 +15,7 @@ from bench.errors import ConfigurationError
 from bench.exchange import formula, fourier, pieces
 from bench.exchange.formula import Written, columns_of, lift, make, total
 from bench.exchange.sample import INPUTS, STANDSTILL, formula_frame, loss
-from bench.mismatch.given import REACTION, SENSOR, Given, Known
+from bench.mismatch.given import REACTION, Given, Known
 from bench.mismatch.orders.shaken import INERTIA
 from bench.mismatch.power_zeros import CONSTANT, LOAD, MOTOR, REPORTED, SINGLE, STORED, reported_by
 from bench.mismatch.prediction import Predictor
@@ -253,7 +253,7 @@ class _Writer:
 
     def _corrected(self, frame: Frame) -> Frame:
         """The frame with the load torque less the errors of its sensor."""
-        errors = [k for k in self.given.known.get(LOAD_TORQUE, ()) if k.regressor.effect.startswith(SENSOR)]
+        errors = [k for k in self.given.known.get(LOAD_TORQUE, ()) if k.misread]
         errors = [k for k in errors if k.coefficients is not None]
         if not errors:
             return frame

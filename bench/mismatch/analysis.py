@@ -38,7 +38,8 @@ from bench.mismatch.regression.regressors import UNKNOWN, Named
 from bench.mismatch.regression.search import searched
 from bench.mismatch.regression.slow_noise import of_a_row
 from bench.mismatch.regression.state import Search
-from bench.mismatch.unnamed.structure import examine
+from bench.mismatch.unnamed.structure import examine, look_for_tone
+from bench.mismatch.who_reads_wrong import as_reported, mark, of_load_motor
 from bench.simulation import waves
 from bench.simulation.frame import FloatArray
 from bench.simulation.memory import campaign_lag, lag
@@ -134,6 +135,10 @@ def analyse(
             densities, moving = data.density.get(channel, ()), data.unsteady.get(channel, ())
             examine(out.outcomes[channel], out.transmission.offset, densities, seed, _orders_of(out), moving)
             out.transmission.offset.close()
+            if LOAD_TORQUE in out.outcomes:
+                # its inertia makes the load torque feel the orders, which are known only now
+                densities, moving = data.density.get(LOAD_TORQUE, ()), data.unsteady.get(LOAD_TORQUE, ())
+                look_for_tone(out.outcomes[LOAD_TORQUE], densities, seed, _orders_of(out), moving)
             out.reaction = _reaction(out, data, given, seed) if reacts else None
         else:
             reaction = out.reaction if channel == MOTOR_TORQUE else None
@@ -146,7 +151,7 @@ def analyse(
                 search = _beside_orders(out, data, given, problem, seed)
             out.searches[channel], out.outcomes[channel] = search, _outcome_of(out, data, given, search, formulas, seed)
             if channel == LOAD_TORQUE:
-                acting = (*acting, *_known_of(search))
+                acting = (*acting, *_acting(out, data, given, _known_of(search)))
                 in_angles = _excluded_delay(search)
                 shown = tuple(_shown_here_first([chosen.effect for chosen in search.model.chosen]))
             if channel == TEMPERATURE and MOTOR_TORQUE in out.searches:
@@ -391,6 +396,15 @@ def _known_of(search: Search) -> list[Known]:
         if chosen.effect.startswith((SENSOR, LOAD_SIDE)):
             out += [Known(block.regressor, model.fit.of(block.indices)[0]) for block in chosen.blocks]
     return out
+
+
+def _acting(out: Analysis, data: Dataset, given: Given, found: Sequence[Known]) -> Sequence[Known]:
+    """What was ``found`` in the load torque and acts on the other channels; a note where the sensor reads right."""
+    better = of_load_motor(data, given, [*given.known.get(LOAD_TORQUE, ()), *found])
+    if better is None:
+        return found
+    mark(out.outcomes[LOAD_TORQUE], *better)
+    return as_reported(found)
 
 
 def _excluded_delay(search: Search) -> tuple[str, ...]:

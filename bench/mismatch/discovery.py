@@ -23,6 +23,10 @@ UNNAMED = "unknown"
 """id of an effect that no name fits"""
 
 
+BURSTS, TONE = "bursts", "tone"
+"""names of looks at what is left"""
+
+
 @dataclass(frozen=True, slots=True)
 class RefittedAlternative:
     """Another explanation, really refitted in a discovery's place.
@@ -92,6 +96,15 @@ class Discovery:
 
 
 @dataclass(frozen=True, slots=True)
+class Look:
+    """A look at what is left: what it asked, in words with its chance; that chance, and what counts of it."""
+
+    words: str
+    p_value: float
+    counted: float
+
+
+@dataclass(frozen=True, slots=True)
 class Structure:
     """Omnibus test of what is left: chance that pure noise looks as structured, and how that was found."""
 
@@ -101,6 +114,16 @@ class Structure:
     """chance that the loudest of the blocks in time is noise, however little all of them hold"""
     tone: float | None = None
     """chance that the clearest tone is noise, however small it is over all recordings"""
+    looks: Mapping[str, Look] = field(default_factory=dict, repr=False)
+    """the looks by name, in the order in which they are told"""
+
+    @classmethod
+    def of(cls, looks: Mapping[str, Look]) -> Structure:
+        """The test of several looks, corrected for their number."""
+        words = "; ".join([*(look.words for look in looks.values()), "corrected for the number of looks"])
+        chance = min(1.0, len(looks) * min(look.counted for look in looks.values()))
+        shown = {name: look.p_value for name, look in looks.items()}
+        return cls(chance, words, shown.get(BURSTS), shown.get(TONE), looks)
 
 
 @dataclass(slots=True)

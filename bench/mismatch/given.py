@@ -7,7 +7,7 @@ in the nominal simulation.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -31,6 +31,10 @@ Row = Mapping[str, Any]
 REACTION = ("motor.load_reaction", "k_te")
 """term and symbol of how much of the load's reaction through the transmission error the motor torque holds"""
 SENSOR = "sensor.torque"
+REPORTED_BY, LOAD_MOTOR = "reported_by", "load_motor"
+"""key of a row that is an error between torque sensor and load motor, and what it says where the load motor's report is
+off: the torque that was read is then right
+"""
 """begins the ids of errors of the torque sensor: what it reads beyond the torque is taken off before others use it"""
 LOAD_SIDE = "load."
 """begins the ids of what turns the shaft at the torque sensor"""
@@ -38,10 +42,18 @@ LOAD_SIDE = "load."
 
 @dataclass(frozen=True, slots=True)
 class Known:
-    """A regressor in force in a channel; its coefficients (k,), None where the file does not say them."""
+    """A regressor in force in a channel; its coefficients (k,), None where the file does not say them; whether an error
+    in the load torque is one of the load motor's report and not of the sensor.
+    """
 
     regressor: Regressor
     coefficients: FloatArray | None
+    of_load_motor: bool = False
+
+    @property
+    def misread(self) -> bool:
+        """Whether it is an error of what the torque sensor reads."""
+        return self.regressor.effect.startswith(SENSOR) and not self.of_load_motor
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,6 +102,10 @@ class Given:
         laws: list[Law] = []
         ripples: list[Wave] = []
         unsettled: dict[str, list[str]] = {}
+
+        def add(channel: str, one: Known, row: Row) -> None:
+            known.setdefault(channel, []).append(replace(one, of_load_motor=_of_load_motor(row)))
+
         for effect, term in model.terms.items():
             if not term.enabled or (effect in LIBRARY and LIBRARY[effect].nominal and "also" not in term.extra):
                 continue
@@ -108,11 +124,11 @@ class Given:
                 elif row.get("form") == "table":
                     grid, values = tables.from_json(row, f"the simulation's term {effect}")
                     for channel in row.get("channels", []):
-                        known.setdefault(channel, []).append(Known(Free(channel, (grid,), effect), values))
+                        add(channel, Known(Free(channel, (grid,), effect), values), row)
                 elif row.get("form") == "formula":
                     for channel in row.get("channels", []):
                         equation = from_row(row, channel, effect, f"the simulation's term {effect}")
-                        known.setdefault(channel, []).append(Known(*equation))
+                        add(channel, Known(*equation), row)
                 elif "orders" in row or effect in ("te.harmonic", "te.sideband"):
                     orders |= set(_orders_of_row(row))
                 elif effect == "te.resonance":
@@ -121,8 +137,8 @@ class Given:
                     for channel in _channels(effect, row):
                         unsettled.setdefault(channel, []).append(effect)
                 elif effect in LIBRARY and not LIBRARY[effect].nominal:
-                    for channel, members in _linear(effect, row):
-                        known.setdefault(channel, []).append(members)
+                    for channel, one in _linear(effect, row):
+                        add(channel, one, row)
         return cls(
             model,
             off,
@@ -221,6 +237,14 @@ def _check_what_is_taken_off(model: Simulation) -> None:
             f"the simulation's term {HEATING} has {', '.join(map(repr, wrong))} in '{LESS}', it should be a list of"
             f" some of {', '.join(map(repr, TAKEN_OFF))}"
         )
+
+
+def _of_load_motor(row: Row) -> bool:
+    """Whether a row is an error of the load motor's report."""
+    by = row.get(REPORTED_BY)
+    if by not in (None, LOAD_MOTOR):
+        raise ConfigurationError(f"the simulation has '{REPORTED_BY}': {by!r} in a row, it should be '{LOAD_MOTOR}'")
+    return by is not None
 
 
 def _linear(effect: str, row: Row) -> Iterator[tuple[str, Known]]:

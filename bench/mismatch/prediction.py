@@ -7,7 +7,7 @@ from which it starts. Nothing of the predicted channel is fitted.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.foreign.opening import base_of
-from bench.mismatch.given import LOAD_SIDE, SENSOR, Given, Known
+from bench.mismatch.given import LOAD_SIDE, Given, Known
 from bench.mismatch.orders.shaken import INERTIA
 from bench.mismatch.power_zeros import CONSTANT, EFFECT, KEY, REPORTED, Zeros, levels_of, of_recordings, reported_by
 from bench.mismatch.recordings.beginning import START_S, at_start, risen
@@ -175,11 +175,12 @@ def corrected(frame: Frame, known: Sequence[Known], campaign: Frame | None = Non
     ``campaign``: see :meth:`Predictor.channel`.
     """
 
-    def sum_of(kind: str) -> FloatArray:
-        terms = [k for k in known if k.regressor.effect.startswith(kind) and k.coefficients is not None]
-        return np.asarray(sum((evaluated(k, frame, campaign) for k in terms), np.zeros(frame.size)))
+    def sum_of(terms: Iterable[Known]) -> FloatArray:
+        values = (evaluated(k, frame, campaign) for k in terms if k.coefficients is not None)
+        return np.asarray(sum(values, np.zeros(frame.size)))
 
-    read, real = sum_of(SENSOR), sum_of(LOAD_SIDE)
+    read = sum_of(k for k in known if k.misread)
+    real = sum_of(k for k in known if k.regressor.effect.startswith(LOAD_SIDE))
     if not (read.any() or real.any()):
         return frame
     mean = means_of_segments(read, frame)

@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.discovery import UNKNOWN, UNNAMED, ChannelOutcome, Discovery, Structure
+from bench.mismatch.discovery import BURSTS, TONE, UNKNOWN, UNNAMED, ChannelOutcome, Discovery, Look, Structure
 from bench.mismatch.recordings.rows import settled_rows
 from bench.mismatch.recordings.vibration import Density
 from bench.mismatch.regression.candidates import PATH, PERIODIC
@@ -31,6 +31,8 @@ from bench.mismatch.unnamed.tones import Tone, tone
 from bench.simulation.frame import FloatArray, Frame, IntArray
 from bench.simulation.terms import CHANNEL_UNITS, MOTOR_TORQUE, TRANSMISSION_ERROR
 
+A_TONE = "a tone"
+"""begins the words of one"""
 COMES_AND_GOES = "scatter that comes and goes"
 MORE_SURROGATES = 9
 """times as many surrogates as at first where a chance is rare: a rate of 0.25 % over five looks is then counted"""
@@ -49,14 +51,7 @@ def examine(
     """Test what an outcome leaves, and add what the tests find to it; ``orders`` that it has are no tones, and
     recordings that are ``unsteady`` have a tone as well.
     """
-    found_tone = tone(densities, seed, orders, unsteady)
     loud = bursts(search)
-    if (
-        found_tone is not None
-        and found_tone.p_value < criteria.ERROR_RATE_OF_A_CHANNEL
-        and _matters(found_tone, outcome)
-    ):
-        outcome.discoveries.append(_of_tone(found_tone, outcome))
     counts = loud is not None and _counts(loud, outcome, search)
     if loud is not None and counts and loud.p_value < criteria.ERROR_RATE_OF_A_CHANNEL:
         found = _of_bursts(loud, outcome, search)
@@ -71,28 +66,45 @@ def examine(
     if jumps is not None and jumping and jumps.p_value < criteria.ERROR_RATE_OF_A_CHANNEL:
         outcome.discoveries.append(_of_telegraph(jumps, outcome, search.model.problem.rows.frame))
     best, what, size = _mean(search)
-    looks = [best]
     words = (
         f"chance that noise, with structure too small to report ({criteria.LEAST_OVERALL:g} of the noise over all, "
         f"{criteria.LEAST_STRENGTH:g} where it acts), gains as much in the best of "
         f"{len(search.blocks)} functions of everything recorded ({what}, {size:.2f} of the noise)"
     )
+    looks = {"mean": Look(words, best, best)}
     if loud is not None:
-        looks.append(loud.p_value if counts else 1.0)
-        words += f"; loudest of the blocks in time (p {loud.p_value:.2g})"
+        p = loud.p_value
+        looks[BURSTS] = Look(f"loudest of the blocks in time (p {p:.2g})", p, p if counts else 1.0)
     if louder is not None:
-        looks.append(louder.p_value)
-        words += f"; state that scatters most (p {louder.p_value:.2g})"
-    if found_tone is not None:
-        looks.append(found_tone.p_value if _matters(found_tone, outcome) else 1.0)
-        words += f"; clearest tone (p {found_tone.p_value:.2g})"
+        p = louder.p_value
+        looks["scatter"] = Look(f"state that scatters most (p {p:.2g})", p, p)
     if jumps is not None:
-        looks.append(jumps.p_value if jumping else 1.0)
-        words += f"; two levels with jumps between them (p {jumps.p_value:.2g})"
-    words += "; corrected for the number of looks"
-    bursts_p = None if loud is None else loud.p_value
-    tone_p = None if found_tone is None else found_tone.p_value
-    outcome.structure = Structure(min(1.0, len(looks) * min(looks)), words, bursts_p, tone_p)
+        p = jumps.p_value
+        looks["levels"] = Look(f"two levels with jumps between them (p {p:.2g})", p, p if jumping else 1.0)
+    outcome.structure = Structure.of(looks)
+    look_for_tone(outcome, densities, seed, orders, unsteady)
+
+
+def look_for_tone(
+    outcome: ChannelOutcome,
+    densities: Sequence[Density],
+    seed: int = 0,
+    orders: Sequence[float] = (),
+    unsteady: Sequence[Density] = (),
+) -> None:
+    """Ask an outcome that was examined for a tone, and add it; one that was found before, when fewer ``orders`` were
+    known, goes: where recordings share their speeds an order is as much a tone.
+    """
+    assert outcome.structure is not None
+    outcome.discoveries[:] = [d for d in outcome.discoveries if not d.words.startswith(A_TONE)]
+    looks = {name: look for name, look in outcome.structure.looks.items() if name != TONE}
+    found = tone(densities, seed, orders, unsteady)
+    if found is not None:
+        matters = _matters(found, outcome)
+        if matters and found.p_value < criteria.ERROR_RATE_OF_A_CHANNEL:
+            outcome.discoveries.append(_of_tone(found, outcome))
+        looks[TONE] = Look(f"clearest tone (p {found.p_value:.2g})", found.p_value, found.p_value if matters else 1.0)
+    outcome.structure = Structure.of(looks)
 
 
 def _mean(search: Search) -> tuple[float, str, float]:
@@ -196,7 +208,7 @@ def _of_tone(found: Tone, outcome: ChannelOutcome) -> Discovery:
         UNKNOWN,
         1.0 - found.p_value,
         outcome.channel,
-        f"a tone of {found.frequency:.3g} Hz, whatever the speed",
+        f"{A_TONE} of {found.frequency:.3g} Hz, whatever the speed",
         f"{outcome.channel} += a*sin(2*pi*f*t + phase of each recording)",
         ("time",),
         (

@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 
 from bench.mismatch import criteria
+from bench.mismatch.discovery import TONE, Look, Structure
+from bench.mismatch.unnamed.structure import look_for_tone
 from bench.mismatch.unnamed.tones import Tone, _drawn, tone
+from tests.bench.mismatch.report import made
 from tests.bench.mismatch.spectra import densities
 
 SEEDS = range(6)
@@ -96,3 +99,18 @@ def test_a_tone_stands_out_of_what_a_strong_order_leaks(amplitude: float, there:
 @pytest.mark.parametrize("orders", [(), (100.0, 300.0)])
 def test_noise_that_rises_towards_low_frequencies_is_no_tone(orders: tuple[float, ...]) -> None:
     assert heard(3, orders=orders, white=0.2, slow=1.0, memory=0.8).p_value > criteria.ERROR_RATE_OF_A_CHANNEL  # type: ignore[arg-type]
+
+
+def test_a_tone_that_orders_explain_once_they_are_known_goes_again() -> None:
+    """The load's inertia makes its torque feel orders of the transmission error, which is looked at later."""
+    own = made.outcome(made.campaign(), "load_torque", [], 1.0)
+    own.structure = Structure.of({"mean": Look("nothing", 0.5, 0.5)})
+    seen = densities(1, tone=(17.3, 0.4))
+    look_for_tone(own, seen)
+    assert [d.effect for d in own.discoveries] == ["unknown"]
+    assert own.structure is not None
+    assert own.structure.p_value == pytest.approx(2.0 * own.structure.looks[TONE].p_value)
+    look_for_tone(own, seen, orders=[17.3 / d.rotation_rate for d in seen])
+    assert own.discoveries == []
+    assert own.structure.p_value is not None
+    assert own.structure.p_value > criteria.ERROR_RATE_OF_A_CHANNEL

@@ -1,0 +1,79 @@
+"""Where torque sensor and load motor differ the motor torque tells which of them is wrong."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from bench.errors import ConfigurationError
+from bench.mismatch import who_reads_wrong
+from bench.mismatch.given import Given, Known
+from bench.mismatch.prediction import corrected
+from bench.mismatch.regression.regressors import named
+from bench.simulation.frame import Frame
+from bench.simulation.model import Simulation
+from bench.simulation.terms import LOAD_TORQUE
+from tests.bench.exchange.samples import with_rows
+from tests.bench.mismatch.regression.synthetic import RATIO, campaign, problem
+
+ROW = {"effect": "sensor.torque_gain", "form": "gain", "parameters": {"g_s": {"value": 0.02, "unit": "1"}}}
+
+
+def given_of(row: dict[str, Any]) -> Given:
+    return Given.of(Simulation.from_json(with_rows(row).to_json()))
+
+
+def loaded(recordings: int) -> Frame:
+    frame = campaign(recordings)
+    return replace(frame, load_motor_level=frame.torque)
+
+
+def gain_error() -> Known:
+    (known,) = given_of(ROW).known[LOAD_TORQUE]
+    return known
+
+
+@pytest.mark.parametrize("wrong", ["sensor", "load motor", "neither"])
+def test_the_motor_torque_tells_which_of_the_two_is_wrong(wrong: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    frame = loaded(40)
+    known = gain_error()
+    real = corrected(frame, [known]).torque if wrong == "sensor" else frame.torque
+    noise = np.random.default_rng(2).normal(0.0, 0.005 if wrong != "neither" else 3.0, frame.size)
+    y = 0.5 * frame.direction + 0.01 * frame.omega + real / RATIO + noise
+
+    def problem_of(_data: object, _given: object, _channel: str, rows: Any, _banned: object) -> Any:
+        return problem(rows.frame, y - rows.frame.torque / RATIO)
+
+    monkeypatch.setattr(who_reads_wrong, "problem_of", problem_of)
+    rows = problem(frame, y).rows
+    folder = SimpleNamespace(manner=SimpleNamespace(free=False))
+    data = SimpleNamespace(rows={"motor_torque": rows}, simulated=frozenset(), folder=folder)
+    found = who_reads_wrong.of_load_motor(cast("Any", data), cast("Any", None), [known])
+    assert (found is not None) is (wrong == "load motor")
+
+
+def test_an_error_of_the_load_motor_leaves_the_torque_as_read() -> None:
+    frame = loaded(6)
+    known = gain_error()
+    (reported,) = who_reads_wrong.as_reported([known])
+    assert np.ptp(corrected(frame, [known]).torque - frame.torque) > 1.0
+    assert np.array_equal(corrected(frame, [reported]).torque, frame.torque)
+
+
+def test_a_simulation_file_says_whose_error_it_is() -> None:
+    (sensor,), (motor,) = (given_of(row).known[LOAD_TORQUE] for row in (ROW, ROW | {"reported_by": "load_motor"}))
+    assert sensor.misread
+    assert not motor.misread
+    with pytest.raises(ConfigurationError, match="'reported_by': 'nobody' in a row, it should be 'load_motor'"):
+        given_of(ROW | {"reported_by": "nobody"})
+
+
+def test_it_is_no_question_where_no_error_is_known() -> None:
+    friction = Known(named("friction.stribeck", "motor_torque", "exponential"), np.zeros(1))
+    folder = SimpleNamespace(manner=SimpleNamespace(free=False))
+    data = SimpleNamespace(rows={"motor_torque": object()}, simulated=frozenset(), folder=folder)
+    assert who_reads_wrong.of_load_motor(cast("Any", data), cast("Any", None), [friction]) is None
