@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.recordings.motion import Manner, corners, passing
+from bench.mismatch.recordings.motion import Manner, away_from_turns, corners, passing
 
 RATE = 500.0
 
@@ -39,3 +39,18 @@ def test_passing_a_crawl_says_nothing_of_friction_and_a_steady_crawl_does() -> N
     assert not passing(ramp, changing, replace(set_speeds, free=True), 185.0).any()
     assert not passing(ramp, changing, replace(set_speeds, standstill=0.05), 185.0).any()
     assert np.array_equal(passing(ramp, changing, replace(set_speeds, speed=4.0), 1.0), np.abs(ramp) < 0.4)
+
+
+def test_near_a_turn_the_direction_is_not_known() -> None:
+    direction = np.array([1.0] * 10 + [0.0] * 3 + [-1.0] * 10 + [0.0] * 4 + [-1.0] * 5 + [1.0] * 6)
+    found = away_from_turns(direction, 7)
+    changed = np.flatnonzero(found != direction)
+    # three samples to either side of each turn; a stop on the way is none
+    assert changed.tolist() == [8, 9, 13, 14, 29, 30, 31, 32, 33, 34]
+    assert np.all(found[changed] == 0.0)
+
+
+def test_a_motion_that_does_not_turn_keeps_its_direction() -> None:
+    direction = np.array([0.0, 0.0, 1.0, 1.0, 0.0, 1.0])
+    assert np.array_equal(away_from_turns(direction, 5), direction)
+    assert away_from_turns(np.zeros(0), 5).size == 0
