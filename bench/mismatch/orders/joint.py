@@ -11,13 +11,17 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.mismatch.orders.between import FARTHEST, Path, left_of, rounded
+from bench.mismatch.orders.between import FARTHEST, NEXT, Path, left_of, rounded
 from bench.mismatch.orders.look import PARTS
 from bench.mismatch.orders.revolutions import Complex, Revolution, Seen
 from bench.mismatch.orders.weak import Stage, WeakOrder
 
 EXACT = 1e-6
 """orders that differ by less are one"""
+BESIDE_WHOLE = 2.0 * NEXT
+"""by how much an order that was found as a whole one may be off: farther from it, it is found for itself, and a whole
+one would only go to a place where the phases are nearly alike
+"""
 APART = 1.0
 """orders between two that go at once: of two that say the same one may be needed"""
 
@@ -61,7 +65,7 @@ def moved(
         # a found order may stand where this one should: then it goes. One that the simulation has stays
         more, gain = path.away_from(order, [f for f in seen.orders if f not in found]).followed(one)
         if not is_between(order):
-            if more and gain > price + float(path.gains(one, np.zeros(1))[0]):
+            if 0.0 < abs(more) <= BESIDE_WHOLE and gain > price + float(path.gains(one, np.zeros(1))[0]):
                 out[order] = rounded(order + more)
             continue
         to_whole, to_part = round(order) - order, round(order * PARTS) / PARTS - order
