@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.mismatch.orders.between import FARTHEST, NEXT, Path, left_of, rounded
+from bench.mismatch.orders.between import FARTHEST, NEXT, SIDE_LINES, Path, left_of, rounded
 from bench.mismatch.orders.look import PARTS
 from bench.mismatch.orders.revolutions import Complex, Revolution, Seen
 from bench.mismatch.orders.weak import Stage, WeakOrder
@@ -60,6 +60,7 @@ def moved(
         return {}
     path = Path.of(seen, train, FARTHEST)
     out: dict[float, float] = {}
+    gained: dict[float, float] = {}
     for order in found:
         one = _alone(whole, seen, train, order, answer)
         # a found order may stand where this one should: then it goes. One that the simulation has stays
@@ -67,6 +68,7 @@ def moved(
         if not is_between(order):
             if 0.0 < abs(more) <= BESIDE_WHOLE and gain > price + float(path.gains(one, np.zeros(1))[0]):
                 out[order] = rounded(order + more)
+                gained[order] = gain - float(path.gains(one, np.zeros(1))[0])
             continue
         to_whole, to_part = round(order) - order, round(order * PARTS) / PARTS - order
         near = abs(to_whole) <= 1.0 / PARTS and round(order) not in seen.orders
@@ -81,6 +83,20 @@ def moved(
             out[order] = round(order * PARTS) / PARTS
         elif more:
             out[order] = rounded(order + more)
+        if order in out:
+            gained[order] = gain - float(path.gains(one, np.zeros(1))[0])
+    return _apart(out, gained)
+
+
+def _apart(steps: Mapping[float, float], gained: Mapping[float, float]) -> dict[float, float]:
+    """Of orders that leak into each other, before a step or after it, the step that gains most: each was asked with the
+    others where they stand, and several would meet at the best of all places.
+    """
+    out: dict[float, float] = {}
+    for order in sorted(steps, key=lambda f: -gained[f]):
+        ends = (order, steps[order])
+        if all(abs(a - b) > SIDE_LINES for other in out for a in ends for b in (other, out[other])):
+            out[order] = steps[order]
     return out
 
 
