@@ -167,6 +167,23 @@ _PRODUCTS: dict[str, tuple[str, ...]] = {
 }
 
 
+def in_order(frame: Frame) -> bool:
+    """Whether the motion says when something was done: speeds, accelerations, loads or angles that follow one after
+    another, as in a sweep. In a motion that repeats they leave all of the time open, but for as much of its variance as
+    a form may be off by.
+    """
+    speed, time = np.abs(frame.velocity), frame.time
+    states = np.column_stack(
+        [speed, speed**2, np.abs(frame.load_acceleration), frame.torque, np.abs(frame.torque), frame.theta]
+    )
+    weight = np.sqrt(np.maximum(frame.count, 0.0))[:, None]
+    columns = weight * (states - np.average(states, axis=0, weights=frame.count))
+    columns = columns / np.maximum(np.sqrt(np.sum(columns**2, axis=0)), 1e-300)
+    target = weight[:, 0] * (time - np.average(time, weights=frame.count))
+    left = target - columns @ np.linalg.lstsq(columns, target, rcond=None)[0]
+    return bool(np.sum(left**2) < (1.0 - criteria.SHAPE**2) * np.sum(target**2))
+
+
 def named_candidates(
     channel: str,
     frame: Frame,
@@ -178,11 +195,11 @@ def named_candidates(
     """Terms beyond the nominal simulation, and nominal ones that the given simulation lacks, at their grid points.
 
     ``free``: in a motion that follows no set speeds nothing depends on what is constant; ``cut``: in pieces of a few
-    recordings of it time is the order in which things were done, as in a sweep, and gives no effect its name.
+    recordings of it time may be the order in which things were done, as in a sweep, and then gives no effect its name.
     """
     effects = [t for t in for_channel(channel) if t.effect not in PERIODIC]
     effects += [LIBRARY[e] for e in switched_off if channel in LIBRARY[e].forms and e not in PERIODIC]
-    timeless = overlapping(frame) or (cut and channel != TEMPERATURE)
+    timeless = overlapping(frame) or (cut and channel != TEMPERATURE and in_order(frame))
     for term in effects:
         if term.effect in banned or term.effect in BY_GEOMETRY or (timeless and "time" in term.variables):
             continue

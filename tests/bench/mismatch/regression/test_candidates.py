@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from bench.mismatch.regression.candidates import _of_product, free_candidates, named_candidates
+from bench.mismatch.regression.candidates import _of_product, free_candidates, in_order, named_candidates
 from bench.mismatch.regression.knots import knots_of
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
 from tests.bench.mismatch.regression.synthetic import campaign
@@ -66,3 +68,15 @@ def test_in_pieces_of_a_free_motion_time_gives_no_torque_its_effect() -> None:
 
     assert effects(MOTOR_TORQUE, False) - effects(MOTOR_TORQUE, True) == {"friction.run_in"}
     assert effects(TEMPERATURE, True) == effects(TEMPERATURE, False)
+
+
+def test_a_sweep_says_when_something_was_done() -> None:
+    """The same points in a drawn order say next to nothing of the time, and a name may be of it."""
+    sweep = campaign(400)
+    assert in_order(sweep)
+    drawn = np.random.default_rng(3).permutation(400)[sweep.recording]
+    mixed = replace(sweep, time=600.0 * drawn + sweep.elapsed)
+    assert not in_order(mixed)
+    for frame, found in ((sweep, False), (mixed, True)):
+        names = {n.effect for n in named_candidates(MOTOR_TORQUE, frame, (), free=True, cut=True)}
+        assert ("friction.run_in" in names) is found
