@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -122,3 +124,13 @@ def test_an_order_may_take_the_place_of_a_found_one() -> None:
     steps = moved(now, revolutions, TRAIN, of(20.0, 20.1), PRICE)
     # one of two that leak into each other goes there, the other is needless then
     assert steps == {20.0: pytest.approx(20.02, abs=1e-3)}
+
+
+def test_orders_are_judged_before_what_they_have_passed() -> None:
+    """A mode turns an order's phase with the speed: without it the order is one of no phase, and needless."""
+    now, revolutions = shown(13, 2.0, np.array([(20.0, 20.0 * NOISE, 0.4)]), (20.0,))
+    by = np.exp(2j * np.pi * np.arange(13) / 13.0) * np.linspace(0.5, 3.0, 13)
+    passed = replace(now, vectors=now.vectors * by[:, None])
+    assert needless(passed, revolutions, TRAIN, of(20.0), PRICE) == [20.0]
+    assert needless(passed, revolutions, TRAIN, of(20.0), PRICE, lambda _order: by) == []
+    assert moved(passed, revolutions, TRAIN, of(20.0), PRICE, lambda _order: by) == {}
