@@ -165,22 +165,21 @@ def directions(omega: FloatArray, standstill: float) -> tuple[FloatArray, FloatA
     return direction, direction[np.where(before >= 0, before, moving[0])]
 
 
-def away_from_turns(direction: FloatArray, window: int) -> FloatArray:
-    """Directions (n,), 0 as well where the motion turns within half a ``window`` (samples) of the rates.
+def away_from_turns(direction: FloatArray, half: float) -> FloatArray:
+    """Directions (n,), 0 as well where the motion turns within ``half`` a window of the rates (samples).
 
     There a smoothed speed does not say which way the shaft turns, nor whether it sticks: dry friction, which goes with
     the direction, may be anything between its two values.
     """
-    half = window // 2
-    if half == 0 or direction.size == 0:
+    if half < 1.0 or direction.size == 0:
         return direction
     moving = np.flatnonzero(direction)
     turns = np.flatnonzero(direction[moving[1:]] != direction[moving[:-1]])
     # in the middle between the last sample of one direction and the first of the other
     middle = 0.5 * (moving[turns] + moving[turns + 1])
     edges = np.zeros(direction.size + 1, dtype=np.int64)
-    np.add.at(edges, np.maximum(np.ceil(middle - half).astype(np.int64), 0), 1)
-    np.add.at(edges, np.minimum(np.floor(middle + half).astype(np.int64) + 1, direction.size), -1)
+    np.add.at(edges, np.maximum(np.ceil(middle - int(half)).astype(np.int64), 0), 1)
+    np.add.at(edges, np.minimum(np.floor(middle + int(half)).astype(np.int64) + 1, direction.size), -1)
     return np.where(np.cumsum(edges[:-1]) > 0, 0.0, direction)
 
 

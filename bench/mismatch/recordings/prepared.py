@@ -23,7 +23,7 @@ from bench.mismatch.recordings.level import kept_segments, levelled, numbered
 from bench.mismatch.recordings.motion import Manner, away_from_turns, corners, directions, passing, since_change
 from bench.mismatch.recordings.notch import notched
 from bench.mismatch.recordings.shaking import count_of, shaken
-from bench.mismatch.recordings.smoothing import local_quadratic, repaired, smoothed, window
+from bench.mismatch.recordings.smoothing import SHORTEST, local_quadratic, repaired, smoothed, window
 from bench.mismatch.recordings.thinning import Measured, Thinning, group_of
 from bench.mismatch.recordings.window import ANGLE, VELOCITY, Rates, motion
 from bench.recording import SIMULATED, Recording
@@ -173,8 +173,8 @@ def prepare(
         q_acceleration = chosen + shaken(q, q_rate, turning, rate, span, count_of(recording), motor_moves)
     direction, last = directions(omega, manner.standstill)
     reversal_travel, reversal_time, reversed_before = since_change(theta, time, direction, last)
-    if manner.free:
-        direction = away_from_turns(direction, window(rate, span))
+    if manner.free and window(rate, span) > SHORTEST:
+        direction = away_from_turns(direction, 0.5 * span * rate)
 
     load_motor = signals.mean("load_motor_torque")
     load_torque, motor_torque = signals.mean("load_torque"), signals.mean("motor_torque")

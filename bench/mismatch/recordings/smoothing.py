@@ -14,13 +14,15 @@ from bench.simulation.frame import FloatArray
 WINDOWS_S = (0.015, 0.03, 0.06)
 """lengths of the window that are tried, the shortest first; the last is taken for a coarse encoder"""
 
+SHORTEST = 5
+"""samples of the shortest window: a parabola through fewer follows the noise"""
 _AFRESH = 256
 """samples after which moving sums are made afresh"""
 
 
 def window(rate: float, span: float) -> int:
-    """Samples in a window of ``span`` s at a sample rate in Hz, odd, five at least."""
-    return max(5, round(span * rate) // 2 * 2 + 1)
+    """Samples in a window of ``span`` s at a sample rate in Hz, odd, :data:`SHORTEST` at least."""
+    return max(SHORTEST, round(span * rate) // 2 * 2 + 1)
 
 
 def span_for(angle: FloatArray, rate: float, standstill: float) -> float:

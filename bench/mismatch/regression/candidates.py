@@ -170,18 +170,29 @@ _PRODUCTS: dict[str, tuple[str, ...]] = {
 def in_order(frame: Frame) -> bool:
     """Whether the motion says when something was done: speeds, accelerations, loads or angles that follow one after
     another, as in a sweep. In a motion that repeats they leave all of the time open, but for as much of its variance as
-    a form may be off by.
+    a form may be off by, and vary inside the pieces more than from one to another.
     """
-    speed, time = np.abs(frame.velocity), frame.time
-    states = np.column_stack(
-        [speed, speed**2, np.abs(frame.load_acceleration), frame.torque, np.abs(frame.torque), frame.theta]
-    )
-    weight = np.sqrt(np.maximum(frame.count, 0.0))[:, None]
-    columns = weight * (states - np.average(states, axis=0, weights=frame.count))
+    number = frame.count
+    speed, load = np.abs(frame.velocity), np.abs(frame.torque)
+    rates = np.abs(frame.load_acceleration)
+    states = np.column_stack([speed, speed**2, rates, frame.torque, load, frame.theta])
+    states = states - np.average(states, axis=0, weights=number)
+    time = frame.time - np.average(frame.time, weights=number)
+    root = np.sqrt(np.maximum(number, 0.0))
+    columns = root[:, None] * states
     columns = columns / np.maximum(np.sqrt(np.sum(columns**2, axis=0)), 1e-300)
-    target = weight[:, 0] * (time - np.average(time, weights=frame.count))
+    target = root * time
     left = target - columns @ np.linalg.lstsq(columns, target, rcond=None)[0]
-    return bool(np.sum(left**2) < (1.0 - criteria.SHAPE**2) * np.sum(target**2))
+    if np.sum(left**2) < (1.0 - criteria.SHAPE**2) * np.sum(target**2):
+        return True
+    piece = np.unique(frame.recording, return_inverse=True)[1]
+    samples = np.bincount(piece, number)
+    for values in (speed, rates, load):
+        about = values - np.average(values, weights=number)
+        between = np.bincount(piece, number * about) ** 2 / np.maximum(samples, 1e-9)
+        if between.sum() > criteria.EITHER * float(number @ about**2) > 0.0:
+            return True
+    return False
 
 
 def named_candidates(

@@ -43,7 +43,7 @@ def test_passing_a_crawl_says_nothing_of_friction_and_a_steady_crawl_does() -> N
 
 def test_near_a_turn_the_direction_is_not_known() -> None:
     direction = np.array([1.0] * 10 + [0.0] * 3 + [-1.0] * 10 + [0.0] * 4 + [-1.0] * 5 + [1.0] * 6)
-    found = away_from_turns(direction, 7)
+    found = away_from_turns(direction, 3.6)
     changed = np.flatnonzero(found != direction)
     # three samples to either side of each turn; a stop on the way is none
     assert changed.tolist() == [8, 9, 13, 14, 29, 30, 31, 32, 33, 34]
@@ -52,5 +52,5 @@ def test_near_a_turn_the_direction_is_not_known() -> None:
 
 def test_a_motion_that_does_not_turn_keeps_its_direction() -> None:
     direction = np.array([0.0, 0.0, 1.0, 1.0, 0.0, 1.0])
-    assert np.array_equal(away_from_turns(direction, 5), direction)
-    assert away_from_turns(np.zeros(0), 5).size == 0
+    assert np.array_equal(away_from_turns(direction, 2.5), direction)
+    assert away_from_turns(np.zeros(0), 2.5).size == 0

@@ -71,12 +71,20 @@ def test_in_pieces_of_a_free_motion_time_gives_no_torque_its_effect() -> None:
 
 
 def test_a_sweep_says_when_something_was_done() -> None:
-    """The same points in a drawn order say next to nothing of the time, and a name may be of it."""
+    """In a drawn order of points, of which every piece has all, a name may be of the time."""
     sweep = campaign(400)
-    assert in_order(sweep)
-    drawn = np.random.default_rng(3).permutation(400)[sweep.recording]
-    mixed = replace(sweep, time=600.0 * drawn + sweep.elapsed)
-    assert not in_order(mixed)
+    drawn = np.random.default_rng(3).permutation(sweep.size)
+    mixed = replace(sweep, velocity=sweep.velocity[drawn], torque=sweep.torque[drawn], theta=sweep.theta[drawn])
     for frame, found in ((sweep, False), (mixed, True)):
+        assert in_order(frame) is not found
         names = {n.effect for n in named_candidates(MOTOR_TORQUE, frame, (), free=True, cut=True)}
         assert ("friction.run_in" in names) is found
+
+
+def test_up_and_down_once_is_a_sweep() -> None:
+    """No straight line over the speed says when, but each piece has speeds of its own."""
+    sweep = campaign(400)
+    turned = np.where(sweep.recording < 200, 2 * sweep.recording, 799 - 2 * sweep.recording)
+    there_and_back = np.abs(sweep.velocity[::30])[turned]
+    frame = replace(sweep, velocity=there_and_back, torque=np.zeros(sweep.size), theta=np.zeros(sweep.size))
+    assert in_order(frame)
