@@ -21,21 +21,21 @@ from bench.mismatch.regression.model import plain_residual
 from bench.mismatch.regression.prior import calibrated_alone
 from bench.mismatch.regression.problem import starts_and_folds
 from bench.simulation.frame import FloatArray
-from bench.simulation.terms import MOTOR_TORQUE
+from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE
 
 
-def of_load_motor(data: Dataset, given: Given, known: Sequence[Known]) -> tuple[float, float] | None:
+def of_load_motor(data: Dataset, given: Given, found: Sequence[Known]) -> tuple[float, float] | None:
     """By how much log density of points left out the motor torque is explained better with the load torque as it was
-    read than less the errors of its sensor among what is ``known``, and the standard error of that; None where that is
-    no more than chance, or cannot be asked.
+    read than less the errors of its sensor among what was ``found`` beside the simulation ``given``, and the standard
+    error of that; None where that is no more than chance, or cannot be asked.
     """
     rows = data.rows.get(MOTOR_TORQUE)
     if rows is None or MOTOR_TORQUE in data.simulated or data.folder.manner.free:
         return None
-    if not any(k.regressor.effect.startswith(SENSOR) for k in known):
+    if not any(k.misread for k in found):
         return None
-    reads_right = [k for k in known if not k.regressor.effect.startswith(SENSOR)]
-    frames = (corrected(rows.frame, reads_right), corrected(rows.frame, known))
+    before = given.known.get(LOAD_TORQUE, ())
+    frames = [corrected(rows.frame, [*before, *errors]) for errors in (as_reported(found), found)]
     problems = [problem_of(data, given, MOTOR_TORQUE, replace(rows, frame=frame), ()) for frame in frames]
     residual = plain_residual(problems[0])
     densities: list[FloatArray] = []
@@ -47,9 +47,9 @@ def of_load_motor(data: Dataset, given: Given, known: Sequence[Known]) -> tuple[
     return (gain, error) if gain > criteria.ONE_ERROR * error else None
 
 
-def as_reported(known: Sequence[Known]) -> list[Known]:
-    """What is ``known`` of the load torque with the errors in it as those of the load motor's report."""
-    return [replace(k, of_load_motor=True) if k.regressor.effect.startswith(SENSOR) else k for k in known]
+def as_reported(found: Sequence[Known]) -> list[Known]:
+    """What was ``found`` in the load torque with the errors in it as those of the load motor's report."""
+    return [replace(k, of_load_motor=True) if k.misread else k for k in found]
 
 
 def mark(outcome: ChannelOutcome, gain: float, error: float) -> None:

@@ -52,7 +52,7 @@ def test_the_motor_torque_tells_which_of_the_two_is_wrong(wrong: str, monkeypatc
     rows = problem(frame, y).rows
     folder = SimpleNamespace(manner=SimpleNamespace(free=False))
     data = SimpleNamespace(rows={"motor_torque": rows}, simulated=frozenset(), folder=folder)
-    found = who_reads_wrong.of_load_motor(cast("Any", data), cast("Any", None), [known])
+    found = who_reads_wrong.of_load_motor(cast("Any", data), cast("Any", SimpleNamespace(known={})), [known])
     assert (found is not None) is (wrong == "load motor")
 
 
@@ -76,4 +76,4 @@ def test_it_is_no_question_where_no_error_is_known() -> None:
     friction = Known(named("friction.stribeck", "motor_torque", "exponential"), np.zeros(1))
     folder = SimpleNamespace(manner=SimpleNamespace(free=False))
     data = SimpleNamespace(rows={"motor_torque": object()}, simulated=frozenset(), folder=folder)
-    assert who_reads_wrong.of_load_motor(cast("Any", data), cast("Any", None), [friction]) is None
+    assert who_reads_wrong.of_load_motor(cast("Any", data), cast("Any", SimpleNamespace(known={})), [friction]) is None
