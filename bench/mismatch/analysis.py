@@ -132,13 +132,9 @@ def analyse(
                 _attribute_multiples(out.transmission, data, given, seed)
             out.outcomes[channel] = of_transmission(out.transmission, data, seed, formulas)
             assert out.transmission.offset is not None
-            densities, moving = data.density.get(channel, ()), data.unsteady.get(channel, ())
-            examine(out.outcomes[channel], out.transmission.offset, densities, seed, _orders_of(out), moving)
+            examine(out.outcomes[channel], out.transmission.offset, data.density.get(channel, ()), seed)
+            _ask_for_tone(out, data, out.outcomes[channel], seed)
             out.transmission.offset.close()
-            if LOAD_TORQUE in out.outcomes:
-                # its inertia makes the load torque feel the orders, which are known only now
-                densities, moving = data.density.get(LOAD_TORQUE, ()), data.unsteady.get(LOAD_TORQUE, ())
-                look_for_tone(out.outcomes[LOAD_TORQUE], densities, seed, _orders_of(out), moving)
             out.reaction = _reaction(out, data, given, seed) if reacts else None
         else:
             reaction = out.reaction if channel == MOTOR_TORQUE else None
@@ -158,7 +154,19 @@ def analyse(
                 _as_warm_as_it_is(out, data, given, rows, formulas, seed, (*banned, *shown))
             out.searches[channel].close()
         give_back()
+    if LOAD_TORQUE in out.outcomes:
+        # the load's inertia makes its torque feel the orders, which are known only now
+        _ask_for_tone(out, data, out.outcomes[LOAD_TORQUE], seed)
     return out
+
+
+def _ask_for_tone(out: Analysis, data: Dataset, outcome: ChannelOutcome, seed: int) -> None:
+    """Ask for a tone in a channel. The gearbox's orders are felt in the torques as well, most of all those that a mode
+    makes large.
+    """
+    channel = outcome.channel
+    orders = () if channel == TEMPERATURE else _orders_of(out)
+    look_for_tone(outcome, data.density.get(channel, ()), seed, orders, data.unsteady.get(channel, ()))
 
 
 def _beside_orders(out: Analysis, data: Dataset, given: Given, problem: ChannelProblem, seed: int) -> Search:
@@ -202,10 +210,9 @@ def _outcome_of(
             seen = periodicity_of(data, given, search, reaction, _misread(out))
             found = torque_discoveries(without_shaking(seen, inertia_of(search.model)), seed)
         outcome.discoveries += found
-    densities, moving = data.density.get(channel, ()), data.unsteady.get(channel, ())
-    # the gearbox's orders are felt in the torques as well, most of all those that a mode makes large
-    known = () if channel == TEMPERATURE else _orders_of(out)
-    examine(outcome, search, densities, seed, known, moving)
+    examine(outcome, search, data.density.get(channel, ()), seed)
+    if channel != LOAD_TORQUE:
+        _ask_for_tone(out, data, outcome, seed)
     return outcome
 
 

@@ -31,11 +31,11 @@ Row = Mapping[str, Any]
 REACTION = ("motor.load_reaction", "k_te")
 """term and symbol of how much of the load's reaction through the transmission error the motor torque holds"""
 SENSOR = "sensor.torque"
+"""begins the ids of errors of the torque sensor: what it reads beyond the torque is taken off before others use it"""
 REPORTED_BY, LOAD_MOTOR = "reported_by", "load_motor"
 """key of a row that is an error between torque sensor and load motor, and what it says where the load motor's report is
 off: the torque that was read is then right
 """
-"""begins the ids of errors of the torque sensor: what it reads beyond the torque is taken off before others use it"""
 LOAD_SIDE = "load."
 """begins the ids of what turns the shaft at the torque sensor"""
 

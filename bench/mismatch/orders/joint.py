@@ -6,7 +6,8 @@ An order was found when others were still missing, and their leakage was part of
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,8 @@ from bench.mismatch.orders.look import PARTS
 from bench.mismatch.orders.revolutions import Complex, Revolution, Seen
 from bench.mismatch.orders.weak import Stage, WeakOrder
 
+SETTLINGS = 3
+"""times that found orders are moved and asked again"""
 EXACT = 1e-6
 """orders that differ by less are one"""
 BESIDE_WHOLE = 2.0 * NEXT
@@ -38,6 +41,35 @@ def no_answer(_order: float) -> complex:
 def is_between(order: float) -> bool:
     """Whether an order is no whole number."""
     return abs(order - round(order)) > EXACT
+
+
+def settled(
+    look: Callable[[Collection[float]], Seen],
+    now: Seen,
+    revolutions: Sequence[Revolution],
+    train: NDArray[np.bool_],
+    found: dict[float, WeakOrder],
+    price: float,
+    answer: Answer = no_answer,
+) -> Seen:
+    """What the revolutions show when each of the ``found`` orders, changed here, stands where it gains most beside all
+    others and those that these make needless are gone. ``look`` at some found orders beside the known ones, ``now`` at
+    those to begin with; for the others see :func:`moved`.
+    """
+    for _ in range(SETTLINGS):
+        steps = moved(now, revolutions, train, found, price, answer)
+        for old, new in steps.items():
+            found[new] = replace(found.pop(old), order=new)
+        if steps:
+            now = look(found)
+        gone = needless(now, revolutions, train, found, price, answer)
+        for order in gone:
+            del found[order]
+        if gone:
+            now = look(found)
+        if not steps and not gone:
+            break
+    return now
 
 
 def moved(
@@ -63,12 +95,12 @@ def moved(
     gained: dict[float, float] = {}
     for order in found:
         one = _alone(whole, seen, train, order, answer)
+        here = float(path.gains(one, np.zeros(1))[0])
         # a found order may stand where this one should: then it goes. One that the simulation has stays
         more, gain = path.away_from(order, [f for f in seen.orders if f not in found]).followed(one)
         if not is_between(order):
-            if 0.0 < abs(more) <= BESIDE_WHOLE and gain > price + float(path.gains(one, np.zeros(1))[0]):
-                out[order] = rounded(order + more)
-                gained[order] = gain - float(path.gains(one, np.zeros(1))[0])
+            if 0.0 < abs(more) <= BESIDE_WHOLE and gain > price + here:
+                out[order], gained[order] = rounded(order + more), gain - here
             continue
         to_whole, to_part = round(order) - order, round(order * PARTS) / PARTS - order
         near = abs(to_whole) <= 1.0 / PARTS and round(order) not in seen.orders
@@ -83,8 +115,7 @@ def moved(
             out[order] = round(order * PARTS) / PARTS
         elif more:
             out[order] = rounded(order + more)
-        if order in out:
-            gained[order] = gain - float(path.gains(one, np.zeros(1))[0])
+        gained[order] = gain - here
     return _apart(out, gained)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -12,8 +12,8 @@ from bench.mismatch import criteria
 from bench.mismatch.orders import offset_rows as slow
 from bench.mismatch.orders.between import search_between
 from bench.mismatch.orders.bounds import Bounds
-from bench.mismatch.orders.joint import moved, needless
-from bench.mismatch.orders.look import HIGHEST_ORDER, Look
+from bench.mismatch.orders.joint import SETTLINGS, settled
+from bench.mismatch.orders.look import HIGHEST_ORDER
 from bench.mismatch.orders.misread import TorqueCheck
 from bench.mismatch.orders.partial import refined
 from bench.mismatch.orders.periodic import Periodic
@@ -46,8 +46,6 @@ from bench.simulation.laws import Law
 from bench.simulation.terms import TRANSMISSION_ERROR
 
 ROUNDS = 24
-SETTLINGS = 3
-"""times that found orders are moved and asked again"""
 FEWEST_CALIBRATED = 2
 """steady revolutions that may be fitted from which the series is calibrated; its prior and the steady parts of less
 than a revolution say the rest"""
@@ -212,7 +210,11 @@ def _orders(model: TransmissionModel, y: FloatArray, seed: int) -> None:
     known = [*given.orders, *(f for f in given.notch if f not in given.orders)]
     found: dict[float, WeakOrder] = {}
     shown = looks(rows, model.revolutions)
-    now = seen(shown, model.revolutions, y, known)
+
+    def look(at: Collection[float]) -> Seen:
+        return seen(shown, model.revolutions, y, [*known, *sorted(at)])
+
+    now = look(())
     stage = Stage.of(now, model.revolutions, model.train)
     if stage is not None and model.price is None:
         model.nulls = stage.maxima(seed, False)
@@ -228,9 +230,9 @@ def _orders(model: TransmissionModel, y: FloatArray, seed: int) -> None:
         if not fresh:
             break
         found |= {w.order: w for w in fresh}
-        now = seen(shown, model.revolutions, y, [*known, *sorted(found)])
+        now = look(found)
     if model.price is not None:
-        now = _settled(model, y, shown, now, known, found)
+        now = settled(look, now, model.revolutions, model.train, found, model.price)
         # several that leak into each other may each be needless beside the others, and not all of them
         again: set[float] = set()
         for _ in range(SETTLINGS):
@@ -240,37 +242,9 @@ def _orders(model: TransmissionModel, y: FloatArray, seed: int) -> None:
                 break
             again |= {w.order for w in fresh}
             found |= {w.order: w for w in fresh}
-            now = _settled(model, y, shown, seen(shown, model.revolutions, y, [*known, *sorted(found)]), known, found)
+            now = settled(look, look(found), model.revolutions, model.train, found, model.price)
     calibrate_all(model, now, known, found)
     with_noise(model, now)
-
-
-def _settled(
-    model: TransmissionModel,
-    y: FloatArray,
-    shown: Sequence[Look],
-    now: Seen,
-    known: Sequence[float],
-    found: dict[float, WeakOrder],
-) -> Seen:
-    """What the revolutions show when each of the ``found`` orders, changed here, stands where it gains most beside all
-    others and those that these make needless are gone.
-    """
-    assert model.price is not None
-    for _ in range(SETTLINGS):
-        steps = moved(now, model.revolutions, model.train, found, model.price)
-        for old, new in steps.items():
-            found[new] = replace(found.pop(old), order=new)
-        if steps:
-            now = seen(shown, model.revolutions, y, [*known, *sorted(found)])
-        gone = needless(now, model.revolutions, model.train, found, model.price)
-        for order in gone:
-            del found[order]
-        if gone:
-            now = seen(shown, model.revolutions, y, [*known, *sorted(found)])
-        if not steps and not gone:
-            break
-    return now
 
 
 def with_noise(model: TransmissionModel, now: Seen) -> None:

@@ -107,27 +107,21 @@ def _found(model: TransmissionModel, sight: Sight, taken: Sequence[float]) -> _O
     by = passed(modes, revolutions, candidates)
     size, constant = np.zeros(len(candidates)), np.zeros(len(candidates))
     following = np.full((len(candidates), len(carriers)), -np.inf)
-    before, said, gained = [], [], np.zeros(len(candidates))
+    shown_of: list[tuple[Complex, float, float]] = []
+    said: list[Complex] = []
     for k, f in enumerate(candidates):
         vectors = sight.at(model, f) / by[:, k]
         best, which = sight.gains(vectors, f)
         estimate = sight.estimated(vectors, f, which, best)
-        before.append(vectors)
-        said.append(estimate.at(design(estimate.model, revolutions)) / sight.stage.scale)
-        gained[k] = best
         noise = sight.noise(f)
+        shown_of.append((vectors, noise, best))
+        said.append(estimate.at(design(estimate.model, revolutions)) / sight.stage.scale)
         level = 1.0 / sight.stage.scale
         constant[k] = min(_proportional(vectors, level.astype(np.complex128), noise) - best, 0.0)
         size[k] = 0.5 * np.log(np.mean(np.abs(vectors * sight.stage.scale) ** 2))
         for c in range(len(carriers)):
             following[k, c] = _proportional(vectors, shown[:, c], noise) - best
-    noises = [sight.noise(f) for f in candidates]
-    together = np.array(
-        [
-            [_proportional(v, to, noise) - best for to in said]
-            for v, noise, best in zip(before, noises, gained, strict=True)
-        ]
-    )
+    together = np.array([[_proportional(v, to, noise) - best for to in said] for v, noise, best in shown_of])
     highest = int(max([*candidates, *carriers, 1.0]) * 1.1) + criteria.HIGHEST_MODULATION
     orders = np.array(candidates, dtype=np.int64)
     return _Orders(orders, _beyond_usual(orders, size), constant, following, together, carriers, highest)

@@ -8,7 +8,7 @@ of the simulation may vary with the speed by its polynomials, an order that was 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,19 +17,11 @@ from numpy.typing import NDArray
 from bench.mismatch import criteria
 from bench.mismatch.orders import modes
 from bench.mismatch.orders.borne_out import borne_out
-from bench.mismatch.orders.joint import moved, needless
+from bench.mismatch.orders.joint import settled
 from bench.mismatch.orders.law_scores import amplitudes
 from bench.mismatch.orders.laws import FoundLaw
 from bench.mismatch.orders.look import PARTS, Look
-from bench.mismatch.orders.model import (
-    ROUNDS,
-    SETTLINGS,
-    TransmissionModel,
-    calibrate_all,
-    offset_alone,
-    steady_rows,
-    with_noise,
-)
+from bench.mismatch.orders.model import ROUNDS, TransmissionModel, calibrate_all, offset_alone, steady_rows, with_noise
 from bench.mismatch.orders.modes import Mode
 from bench.mismatch.orders.periodic import Periodic
 from bench.mismatch.orders.revolutions import Complex, Seen, directions, looks, passed, seen, states
@@ -146,8 +138,7 @@ class _Search:
         with both.
         """
         model, known = self.model, self.known
-        orders = self._orders(y, law, guess)
-        now = seen(self.shown, model.revolutions, y, [*known, *orders])
+        orders, now = self._orders(y, law, guess)
         model.laws = ()
         calibrate_all(model, now, known, orders)
         without, mode = model.periodic, self._mode(now, orders, law)
@@ -159,12 +150,23 @@ class _Search:
         calibrate_all(model, now, known, orders)
         return _Under(mode, now, without, orders)
 
-    def _orders(self, y: FloatArray, law: Law, guess: Mapping[float, WeakOrder]) -> dict[float, WeakOrder]:
-        """Orders that stand in the revolutions under a mode beside the known ones."""
-        model = self.model
-        found = self._settled(y, law, dict(guess))
+    def _orders(self, y: FloatArray, law: Law, guess: Mapping[float, WeakOrder]) -> tuple[dict[float, WeakOrder], Seen]:
+        """Orders that stand in the revolutions under a mode beside the known ones, and what these show of all."""
+        model, found = self.model, dict(guess)
+        speed = states(model.training_revolutions)[:, 1]
+
+        def look(at: Collection[float]) -> Seen:
+            return seen(self.shown, model.revolutions, y, [*self.known, *sorted(at)])
+
+        def answer(order: float) -> Complex:
+            return np.asarray(resonant(law.form, speed * order, law.point))
+
+        def in_place(now: Seen) -> Seen:
+            assert model.price is not None
+            return settled(look, now, model.revolutions, model.train, found, model.price, answer)
+
+        now = in_place(look(found))
         for _ in range(ROUNDS):
-            now = seen(self.shown, model.revolutions, y, [*self.known, *sorted(found)])
             stage = Stage.of(now, model.revolutions, model.train)
             if stage is None or model.price is None or model.noise is None:
                 break
@@ -180,28 +182,8 @@ class _Search:
             if not fresh:
                 break
             found |= {w.order: w for w in fresh}
-        return self._settled(y, law, found)
-
-    def _settled(self, y: FloatArray, law: Law, found: dict[float, WeakOrder]) -> dict[float, WeakOrder]:
-        """Found orders where each gains most under a mode beside all others, without those that are needless."""
-        model = self.model
-        assert model.price is not None
-        speed = states(model.training_revolutions)[:, 1]
-
-        def answer(order: float) -> Complex:
-            return np.asarray(resonant(law.form, speed * order, law.point))
-
-        for _ in range(SETTLINGS):
-            now = seen(self.shown, model.revolutions, y, [*self.known, *sorted(found)])
-            steps = moved(now, model.revolutions, model.train, found, model.price, answer)
-            found = {steps.get(f, f): replace(w, order=steps.get(f, f)) for f, w in found.items()}
-            if steps:
-                now = seen(self.shown, model.revolutions, y, [*self.known, *sorted(found)])
-            gone = needless(now, model.revolutions, model.train, found, model.price, answer)
-            found = {f: w for f, w in found.items() if f not in gone}
-            if not steps and not gone:
-                break
-        return found
+            now = look(found)
+        return found, in_place(now)
 
     def _mode(self, now: Seen, orders: Mapping[float, WeakOrder], law: Law) -> Mode | None:
         """The mode that the simulation's orders and those found beside them pass; the better of force and base."""

@@ -12,6 +12,7 @@ from itertools import combinations_with_replacement
 import numpy as np
 
 from bench.mismatch import criteria
+from bench.mismatch.regression.excess import excess, levelled
 from bench.mismatch.regression.knots import KNOTS, close_knots, ends, is_constant, knots_of
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor, by_definition
 from bench.mismatch.regression.spells import SPELLS, spells
@@ -173,26 +174,21 @@ def in_order(frame: Frame) -> bool:
     a form may be off by, and vary inside the pieces more than from one to another.
     """
     number = frame.count
-    speed, load = np.abs(frame.velocity), np.abs(frame.torque)
-    rates = np.abs(frame.load_acceleration)
-    states = np.column_stack([speed, speed**2, rates, frame.torque, load, frame.theta])
-    states = states - np.average(states, axis=0, weights=number)
-    time = frame.time - np.average(frame.time, weights=number)
-    root = np.sqrt(np.maximum(number, 0.0))
-    columns = root[:, None] * states
-    columns = columns / np.maximum(np.sqrt(np.sum(columns**2, axis=0)), 1e-300)
-    target = root * time
-    left = target - columns @ np.linalg.lstsq(columns, target, rcond=None)[0]
-    if np.sum(left**2) < (1.0 - criteria.SHAPE**2) * np.sum(target**2):
+
+    def varies(values: FloatArray) -> float:
+        return float(number @ values**2)
+
+    def centred(values: FloatArray) -> FloatArray:
+        return np.asarray(values - np.average(values, weights=number))
+
+    speed, load, rates = np.abs(frame.velocity), np.abs(frame.torque), np.abs(frame.load_acceleration)
+    states = [speed, speed**2, rates, frame.torque, load, frame.theta]
+    time = centred(frame.time)
+    left = excess(time, [centred(values)[:, None] for values in states], number)
+    if varies(left) < (1.0 - criteria.SHAPE**2) * varies(time):
         return True
-    piece = np.unique(frame.recording, return_inverse=True)[1]
-    samples = np.bincount(piece, number)
-    for values in (speed, rates, load):
-        about = values - np.average(values, weights=number)
-        between = np.bincount(piece, number * about) ** 2 / np.maximum(samples, 1e-9)
-        if between.sum() > criteria.EITHER * float(number @ about**2) > 0.0:
-            return True
-    return False
+    inside = [(varies(levelled(values, frame, number)), varies(centred(values))) for values in (speed, rates, load)]
+    return any(within < criteria.EITHER * whole for within, whole in inside)
 
 
 def named_candidates(

@@ -72,10 +72,12 @@ def best_coefficients(
 
 def beyond(values: FloatArray, regressors: Sequence[Regressor], frame: Frame, number: FloatArray) -> FloatArray:
     """Part of ``values`` (n,) that ``regressors`` do not say; see :func:`bench.mismatch.regression.excess.excess`."""
-    if not regressors:
-        return values
-    beta = best_coefficients(values, regressors, frame, number)
+    return less(values, regressors, frame, best_coefficients(values, regressors, frame, number))
+
+
+def less(values: FloatArray, regressors: Sequence[Regressor], frame: Frame, coefficients: FloatArray) -> FloatArray:
+    """``values`` (n,) less what ``regressors`` say with ``coefficients`` (k,)."""
     out = values.copy()
-    for rows, columns in by_group(regressors, frame):
-        out[rows] -= np.hstack(columns) @ beta
+    for rows, columns in by_group(regressors, frame) if regressors else ():
+        out[rows] -= np.hstack(columns) @ coefficients
     return out

@@ -19,7 +19,6 @@ from bench.mismatch.regression.course import beyond
 from bench.mismatch.regression.excess import excess, levelled
 from bench.mismatch.regression.independent import independent, much_is_left
 from bench.mismatch.regression.model import ChannelModel, Chosen, of_start
-from bench.mismatch.regression.problem import NUISANCE
 from bench.mismatch.regression.refine import strained
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor
 from bench.mismatch.regression.slots import Contender, Slot
@@ -141,7 +140,7 @@ def _over_angle(
 def excess_of(model: ChannelModel, chosen: Chosen, frame: Frame, number: FloatArray) -> FloatArray:
     """What of an effect's course on the rows of a frame (n,) no calibration of the simulation can say."""
     course = model.contribution(chosen, frame)
-    base = [b.regressor for b in model.base if b.regressor.effect != NUISANCE]
+    base = model.calibrated
     if not model.problem.spec.integral:
         return beyond(course, base, frame, number)
     columns = [levelled(r.columns(frame), frame, number) for r in base]

@@ -111,6 +111,11 @@ class ChannelModel:
         return out
 
     @property
+    def calibrated(self) -> tuple[Regressor, ...]:
+        """The simulation's terms; zeros of sensors are none of them."""
+        return tuple(b.regressor for b in self.base if b.regressor.effect != NUISANCE)
+
+    @property
     def nameless(self) -> tuple[Chosen, ...]:
         """Effects without a name."""
         return tuple(chosen for chosen in self.chosen if chosen.effect == UNKNOWN)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from bench.mismatch.regression.course import added, best_coefficients
-from bench.mismatch.regression.model import Block, ChannelModel
-from bench.mismatch.regression.problem import NUISANCE
+from bench.mismatch.regression.course import best_coefficients, less
+from bench.mismatch.regression.model import ChannelModel
+from bench.mismatch.regression.regressors import Regressor
 from bench.simulation.frame import FloatArray, Frame
 
 
@@ -23,7 +22,7 @@ class NamelessCourse:
     """
 
     model: ChannelModel
-    base: tuple[Block, ...]
+    base: tuple[Regressor, ...]
     coefficients: FloatArray
 
     @classmethod
@@ -31,19 +30,11 @@ class NamelessCourse:
         """The course of a model; the base's part by the rows it was fitted to, each sample counted alike."""
         problem = model.problem
         frame = problem.rows.frame
-        base = tuple(b for b in model.base if b.regressor.effect != NUISANCE)
+        base = model.calibrated
         number = np.where(problem.train, problem.rows.number, 0.0)
         course = model.sum_of(model.nameless, frame)
-        return cls(model, base, best_coefficients(course, [b.regressor for b in base], frame, number))
+        return cls(model, base, best_coefficients(course, base, frame, number))
 
     def at(self, frame: Frame) -> FloatArray:
         """The course at the rows of a frame (n,)."""
-        out = self.model.sum_of(self.model.nameless, frame)
-        for block, of_block in zip(self.base, _split(self.coefficients, self.base), strict=True):
-            out = out - added(block.regressor, frame, of_block)
-        return out
-
-
-def _split(coefficients: FloatArray, blocks: Sequence[Block]) -> list[FloatArray]:
-    """Coefficients (k,) of each of some blocks."""
-    return np.split(coefficients, np.cumsum([len(b.indices) for b in blocks])[:-1]) if blocks else []
+        return less(self.model.sum_of(self.model.nameless, frame), self.base, frame, self.coefficients)

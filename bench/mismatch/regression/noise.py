@@ -194,6 +194,12 @@ def middles(variances: Sequence[FloatArray]) -> FloatArray:
     return np.asarray((middles / (1.0 - x)) ** 3)
 
 
+def of_each(rows: Rows, chosen: NDArray[np.bool_] | IntArray) -> FloatArray:
+    """Variance of a sample as each of the ``chosen`` rows, of more than one, estimates it (chosen,)."""
+    number = rows.number[chosen]
+    return np.asarray(rows.within[chosen] * number / (number - 1.0))
+
+
 def of_samples(within: FloatArray, number: FloatArray) -> float:
     """Variance of a sample, from the variance ``within`` rows (n,) of a ``number`` of samples each, more than one."""
     freedom = number - 1.0
@@ -233,8 +239,7 @@ def plain_mixture(rows: Rows, residual: FloatArray, slow: bool = False) -> Mixtu
     design = np.vstack([design / measured[:, None] for design, measured in equations])
     inside = rows.number > 1.5
     if slow and inside.any():
-        variances = rows.within[inside] * rows.number[inside] / (rows.number[inside] - 1.0)
-        scatter = float(middles([variances])[0])
+        scatter = float(middles([of_each(rows, inside)])[0])
         sample = float(np.median([measured[0] for _, measured in equations])) + scatter
         of_sample = np.append(np.ones(1 + len(MEMORIES_S)), 0.0) / max(sample, 1e-300)
         design = np.vstack([design, of_sample])

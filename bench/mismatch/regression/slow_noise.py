@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bench.mismatch.regression.noise import middle_variance, middles
+from bench.mismatch.regression.noise import middle_variance, middles, of_each
 from bench.mismatch.regression.problem import ChannelProblem
 from bench.simulation.frame import FloatArray, IntArray
 
@@ -22,7 +22,7 @@ def scattered(problem: ChannelProblem) -> tuple[float, float | None]:
     """
     rows = problem.rows
     recordings = _rows_of_recordings(problem)
-    inside = middles([rows.within[c] * rows.number[c] / (rows.number[c] - 1.0) for c in recordings])
+    inside = middles([of_each(rows, c) for c in recordings])
     squares = inside + np.asarray([_about_parabolas(rows.y[c]) for c in recordings])
     spread = float(1.4826 * np.median(np.abs(squares - np.median(squares))) / np.sqrt(max(squares.size, 1)))
     floor = float(np.sqrt(np.median(squares)))

@@ -31,8 +31,6 @@ from bench.mismatch.unnamed.tones import Tone, tone
 from bench.simulation.frame import FloatArray, Frame, IntArray
 from bench.simulation.terms import CHANNEL_UNITS, MOTOR_TORQUE, TRANSMISSION_ERROR
 
-A_TONE = "a tone"
-"""begins the words of one"""
 COMES_AND_GOES = "scatter that comes and goes"
 MORE_SURROGATES = 9
 """times as many surrogates as at first where a chance is rare: a rate of 0.25 % over five looks is then counted"""
@@ -40,17 +38,8 @@ SURELY = 1e-6
 """chance by a law through the first surrogates, below which their number does not matter"""
 
 
-def examine(
-    outcome: ChannelOutcome,
-    search: Search,
-    densities: Sequence[Density],
-    seed: int = 0,
-    orders: Sequence[float] = (),
-    unsteady: Sequence[Density] = (),
-) -> None:
-    """Test what an outcome leaves, and add what the tests find to it; ``orders`` that it has are no tones, and
-    recordings that are ``unsteady`` have a tone as well.
-    """
+def examine(outcome: ChannelOutcome, search: Search, densities: Sequence[Density], seed: int = 0) -> None:
+    """Test what an outcome leaves, and add what the tests find to it, but for a tone (:func:`look_for_tone`)."""
     loud = bursts(search)
     counts = loud is not None and _counts(loud, outcome, search)
     if loud is not None and counts and loud.p_value < criteria.ERROR_RATE_OF_A_CHANNEL:
@@ -82,7 +71,6 @@ def examine(
         p = jumps.p_value
         looks["levels"] = Look(f"two levels with jumps between them (p {p:.2g})", p, p if jumping else 1.0)
     outcome.structure = Structure.of(looks)
-    look_for_tone(outcome, densities, seed, orders, unsteady)
 
 
 def look_for_tone(
@@ -92,19 +80,18 @@ def look_for_tone(
     orders: Sequence[float] = (),
     unsteady: Sequence[Density] = (),
 ) -> None:
-    """Ask an outcome that was examined for a tone, and add it; one that was found before, when fewer ``orders`` were
-    known, goes: where recordings share their speeds an order is as much a tone.
+    """Ask an outcome that was examined for a tone, and add it. ``orders`` that the channel feels are no tones: where
+    recordings share their speeds an order is as much one. Recordings that are ``unsteady`` have a tone as well.
     """
     assert outcome.structure is not None
-    outcome.discoveries[:] = [d for d in outcome.discoveries if not d.words.startswith(A_TONE)]
-    looks = {name: look for name, look in outcome.structure.looks.items() if name != TONE}
     found = tone(densities, seed, orders, unsteady)
-    if found is not None:
-        matters = _matters(found, outcome)
-        if matters and found.p_value < criteria.ERROR_RATE_OF_A_CHANNEL:
-            outcome.discoveries.append(_of_tone(found, outcome))
-        looks[TONE] = Look(f"clearest tone (p {found.p_value:.2g})", found.p_value, found.p_value if matters else 1.0)
-    outcome.structure = Structure.of(looks)
+    if found is None:
+        return
+    matters = _matters(found, outcome)
+    if matters and found.p_value < criteria.ERROR_RATE_OF_A_CHANNEL:
+        outcome.discoveries.append(_of_tone(found, outcome))
+    look = Look(f"clearest tone (p {found.p_value:.2g})", found.p_value, found.p_value if matters else 1.0)
+    outcome.structure = Structure.of({**outcome.structure.looks, TONE: look})
 
 
 def _mean(search: Search) -> tuple[float, str, float]:
@@ -208,7 +195,7 @@ def _of_tone(found: Tone, outcome: ChannelOutcome) -> Discovery:
         UNKNOWN,
         1.0 - found.p_value,
         outcome.channel,
-        f"{A_TONE} of {found.frequency:.3g} Hz, whatever the speed",
+        f"a tone of {found.frequency:.3g} Hz, whatever the speed",
         f"{outcome.channel} += a*sin(2*pi*f*t + phase of each recording)",
         ("time",),
         (
