@@ -104,7 +104,7 @@ class Given:
         unsettled: dict[str, list[str]] = {}
 
         def add(channel: str, one: Known, row: Row) -> None:
-            known.setdefault(channel, []).append(replace(one, of_load_motor=_of_load_motor(row)))
+            known.setdefault(channel, []).append(replace(one, of_load_motor=_of_load_motor(one.regressor.effect, row)))
 
         for effect, term in model.terms.items():
             if not term.enabled or (effect in LIBRARY and LIBRARY[effect].nominal and "also" not in term.extra):
@@ -239,11 +239,13 @@ def _check_what_is_taken_off(model: Simulation) -> None:
         )
 
 
-def _of_load_motor(row: Row) -> bool:
-    """Whether a row is an error of the load motor's report."""
+def _of_load_motor(effect: str, row: Row) -> bool:
+    """Whether a row of a term is an error of the load motor's report."""
     by = row.get(REPORTED_BY)
     if by not in (None, LOAD_MOTOR):
-        raise ConfigurationError(f"the simulation has '{REPORTED_BY}': {by!r} in a row, it should be '{LOAD_MOTOR}'")
+        raise ConfigurationError(
+            f"the simulation's term {effect} has '{REPORTED_BY}': {by!r} in a row, it should be '{LOAD_MOTOR}'"
+        )
     return by is not None
 
 
