@@ -407,10 +407,10 @@ def _known_of(search: Search) -> list[Known]:
 
 def _acting(out: Analysis, data: Dataset, given: Given, found: Sequence[Known]) -> Sequence[Known]:
     """What was ``found`` in the load torque and acts on the other channels; a note where the sensor reads right."""
-    better = of_load_motor(data, given, found)
-    if better is None:
+    probability = of_load_motor(data, given, found)
+    if probability is None:
         return found
-    mark(out.outcomes[LOAD_TORQUE], *better)
+    mark(out.outcomes[LOAD_TORQUE], probability)
     return as_reported(found)
 
 

@@ -10,13 +10,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from bench.mismatch import criteria
 from bench.mismatch.discovery import ChannelOutcome
 from bench.mismatch.given import LOAD_MOTOR, REPORTED_BY, SENSOR, Given, Known
 from bench.mismatch.prediction import corrected
 from bench.mismatch.problems import problem_of
 from bench.mismatch.recordings.dataset import Dataset
-from bench.mismatch.regression.folds import apart, predictive
+from bench.mismatch.regression.folds import DRAWS, predictive, weights
 from bench.mismatch.regression.model import plain_residual
 from bench.mismatch.regression.prior import calibrated_alone
 from bench.mismatch.regression.problem import starts_and_folds
@@ -24,10 +26,10 @@ from bench.simulation.frame import FloatArray
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE
 
 
-def of_load_motor(data: Dataset, given: Given, found: Sequence[Known]) -> tuple[float, float] | None:
-    """By how much log density of points left out the motor torque is explained better with the load torque as it was
-    read than less the errors of its sensor among what was ``found`` beside the simulation ``given``, and the standard
-    error of that; None where that is no more than chance, or cannot be asked.
+def of_load_motor(data: Dataset, given: Given, found: Sequence[Known]) -> float | None:
+    """Probability that the motor torque is explained better with the load torque as it was read than less the errors of
+    its sensor among what was ``found`` beside the simulation ``given``, had the points left out been drawn again; None
+    where that may be chance, or cannot be asked.
     """
     rows = data.rows.get(MOTOR_TORQUE)
     if rows is None or MOTOR_TORQUE in data.simulated or data.folder.manner.free:
@@ -43,8 +45,8 @@ def of_load_motor(data: Dataset, given: Given, found: Sequence[Known]) -> tuple[
         bank, blocks, fit = calibrated_alone(problem, residual)
         folds = starts_and_folds(problem.rows.take(problem.train).frame, problem.folds)[1]
         densities.append(predictive(bank, blocks, folds, fit.variance))
-    gain, error = apart(*densities)
-    return (gain, error) if gain > criteria.ONE_ERROR * error else None
+    probability = float(weights(np.array(densities), 0)[0])
+    return probability if probability >= 1.0 - criteria.ERROR_RATE else None
 
 
 def as_reported(found: Sequence[Known]) -> list[Known]:
@@ -52,13 +54,19 @@ def as_reported(found: Sequence[Known]) -> list[Known]:
     return [replace(k, of_load_motor=True) if k.misread else k for k in found]
 
 
-def mark(outcome: ChannelOutcome, gain: float, error: float) -> None:
+def mark(outcome: ChannelOutcome, probability: float) -> None:
     """Say in an outcome of the load torque, and in the rows of its simulation, that the load motor's report is off."""
     outcome.notes.append(
-        "the torque sensor reads right and the torque that the load motor reports is off: with the load torque as read"
-        f" the motor torque of points left out has {gain:.1f} ± {error:.1f} more log density"
+        "the torque sensor reads right and the torque that the load motor reports is off: the motor torque of points "
+        f"left out is predicted better with the load torque as read (probability {_likely(probability)})"
     )
     for number, found in enumerate(outcome.discoveries):
         if found.effect.startswith(SENSOR):
             rows = tuple(dict(row) | {REPORTED_BY: LOAD_MOTOR} for row in found.simulation_rows)
             outcome.discoveries[number] = replace(found, simulation_rows=rows)
+
+
+def _likely(probability: float) -> str:
+    """A probability in words, no closer to 1 than draws can tell."""
+    highest = 1.0 - 1.0 / DRAWS
+    return f"{probability:.3f}" if probability < highest else f"above {highest:.4g}"

@@ -6,7 +6,6 @@ so differences of single samples say nothing. Wild samples are found against a r
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -22,8 +21,9 @@ from bench.mismatch.recordings.faulty import stuck
 from bench.mismatch.recordings.level import kept_segments, levelled, numbered
 from bench.mismatch.recordings.motion import Manner, away_from_turns, corners, directions, passing, since_change
 from bench.mismatch.recordings.notch import notched
+from bench.mismatch.recordings.runs import Runs, smoothed
 from bench.mismatch.recordings.shaking import count_of, shaken
-from bench.mismatch.recordings.smoothing import SHORTEST, local_quadratic, repaired, smoothed, window
+from bench.mismatch.recordings.smoothing import SHORTEST, local_quadratic, repaired, window
 from bench.mismatch.recordings.thinning import Measured, Thinning, group_of
 from bench.mismatch.recordings.window import ANGLE, VELOCITY, Rates, motion
 from bench.recording import SIMULATED, Recording
@@ -49,8 +49,8 @@ class Prepared:
     ``frame`` has a row a group; ``measured`` the compared channels in SI units (those the file has); ``swept`` variance
     of the input angle inside each group, times its valid samples; ``leaning`` the same of input angle and transmission
     error together, rad²; ``angle`` input angle of every sample, rad at the output; ``label`` number of each group's
-    segment (-1: none); ``corner`` where the acceleration jumps, or the motor passes speeds at which one bench stands
-    and another moves; ``dead`` channels that hold no number at all.
+    segment (-1: none); ``corner`` where the acceleration jumps or cannot be told, or the motor passes speeds at which
+    one bench stands and another moves; ``dead`` channels that hold no number at all.
     """
 
     kind: str
@@ -156,17 +156,17 @@ def prepare(
     n = time.size
     motor, load = signals.mean("motor_angle"), signals.mean("load_angle")
     label, steady = _segments(recording, thinning)
-    whole = _pieces(time, rate, np.where(steady > 0.5, label, -1))
+    runs = Runs.of(time, rate, span, np.where(steady > 0.5, label, -1))
     how = Rates(span, manner.source if "motor_velocity" in signals else ANGLE)
     if "motor_angle" not in signals:
         how = Rates(span, VELOCITY)
-    omega, acceleration = motion(motor, signals.mean("motor_velocity"), rate, how, whole)
+    omega, acceleration = motion(motor, signals.mean("motor_velocity"), how, runs)
     if "motor_angle" not in signals:
         motor = np.cumsum(omega) / rate
     theta = motor / ratio
     q = load if "load_angle" in signals else theta
-    _, q_rate, q_acceleration = smoothed(q, rate, span, whole)
-    turning = [piece for piece in whole or [slice(0, n)] if np.all(steady[piece] > 0.5)]
+    _, q_rate, q_acceleration = smoothed(q, span, runs)
+    turning = [piece for piece in runs.pieces or [slice(0, n)] if np.all(steady[piece] > 0.5)]
     if "motor_angle" in signals and "load_angle" in signals:
         chosen = _quieter(q_acceleration, acceleration / ratio)
         motor_moves = None if chosen is q_acceleration else theta
@@ -243,10 +243,10 @@ def prepare(
         reversed_before=reversed_before,
         steady=steady,
         step=np.diff(time, prepend=time[0]),
-        aux=_auxiliary(signals, rate, span, whole),
+        aux=_auxiliary(signals, span, runs),
     )
     passed = passing(omega, steady, manner, ratio)
-    corner = corners(acceleration, rate, span) | passed
+    corner = corners(acceleration, rate, span) | passed | runs.unknown
     given = _base_prediction(recording, folder)
     by = {SIMULATED + name: thinning.mean(values) for name, values in given.items() if BY in name}
     frame = replace(frame, aux={**frame.aux, **by})
@@ -283,14 +283,14 @@ def _evened(values: FloatArray, turning: Sequence[slice]) -> FloatArray:
     return out
 
 
-def _auxiliary(signals: _Signals, rate: float, span: float, whole: Sequence[slice]) -> dict[str, FloatArray]:
+def _auxiliary(signals: _Signals, span: float, runs: Runs) -> dict[str, FloatArray]:
     """Quantities that are no channel of the bench, with their rates, by name."""
     out: dict[str, FloatArray] = {}
     for name in signals.samples:
         if name.startswith(AUXILIARY):
             quantity = name.removeprefix(AUXILIARY)
             out[quantity] = signals.mean(name)
-            _, out[rate_of(quantity)], out[acceleration_of(quantity)] = smoothed(out[quantity], rate, span, whole)
+            _, out[rate_of(quantity)], out[acceleration_of(quantity)] = smoothed(out[quantity], span, runs)
     return out
 
 
@@ -328,18 +328,6 @@ def _base_prediction(recording: Recording, folder: Folder) -> dict[str, FloatArr
         return {}
     plain = replace(folder, base=None)
     return folder.base.predict(recording, lambda: inputs_of(recording, prepare(recording, 0, plain, group=1).frame))
-
-
-def _pieces(time: FloatArray, rate: float, label: IntArray) -> list[slice]:
-    """Runs of samples that are smoothed by themselves: steady segments (``label``, -1 elsewhere), and what lost cycles
-    leave whole.
-
-    A ramp ends in a corner, and the angle jumps where cycles were lost: a window that reaches over it sees an
-    acceleration that never was.
-    """
-    broken = np.flatnonzero((np.diff(label) != 0) | (np.diff(time) > 1.5 / rate)) + 1
-    edges = [0, *broken.tolist(), time.size]
-    return [slice(a, b) for a, b in itertools.pairwise(edges)] if len(edges) > 2 else []
 
 
 def _segments(recording: Recording, thinning: Thinning) -> tuple[IntArray, FloatArray]:

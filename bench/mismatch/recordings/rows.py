@@ -31,6 +31,10 @@ HEAT_S = 2.0
 """block of the temperature's rows: its time constants are minutes"""
 TORQUE_STEP = 0.17
 """rad at the output: longest row of a torque, a sixth of a period of order six"""
+MOST_STEPS = 0.5
+"""readings of different value, over all readings, above which steps are not seen"""
+ARITHMETIC = 1e-9
+"""of the largest reading, below which two are the same: a scaled integer is known to 16 digits"""
 ANGLE_STEP = 1.2e-3
 """rad at the output: 5,236 rows a revolution, two a period of order 2,618"""
 ANGLE_STEP_S = 0.1
@@ -47,8 +51,9 @@ _JUST_AFTER_S, _JUST_AFTER_RAD = 1.5, 0.05
 class Rows:
     """Rows of one channel: frame, means ``y`` over the valid samples of each block, how ``number`` they are.
 
-    ``within``: variance of the samples inside a block, where it is kept. Where the channel is compared over the angle:
-    ``lean``, their covariance with the angle there; ``sweep``, variance of the angle there. Empty where it is not.
+    ``within``: variance of the samples inside a block, where it is kept; of a thermometer no less than its rounding's.
+    Where the channel is compared over the angle: ``lean``, their covariance with the angle there; ``sweep``, variance
+    of the angle there. Empty where it is not.
     """
 
     frame: Frame
@@ -119,7 +124,21 @@ def heat_rows(prepared: Prepared) -> Rows:
     heat = prepared.frame.count * integral(prepared.frame.power, prepared.frame)
     heat = np.add.reduceat(heat, edges) / frame.count
     frame = replace(frame, lead=heat - heat[0] - integral(frame.power, frame))
-    return Rows(frame, mean, number, _within(measured, mean, edges, number))
+    # readings that stay at one step of the thermometer do not scatter, and are as far off as they were rounded
+    rounded = step_of(measured.samples[measured.valid]) ** 2 / 12.0
+    return Rows(frame, mean, number, np.maximum(_within(measured, mean, edges, number), rounded))
+
+
+def step_of(readings: FloatArray) -> float:
+    """Step of a sensor: the smallest difference between two readings (n,) that is no rounding of the arithmetic; 0
+    where they do not say, for they are all the same or all different.
+    """
+    values = np.unique(readings[np.isfinite(readings)])
+    if values.size < 2 or values.size > MOST_STEPS * readings.size:
+        return 0.0
+    apart = np.diff(values)
+    apart = apart[apart > ARITHMETIC * float(np.abs(values).max())]
+    return float(apart.min()) if apart.size else 0.0
 
 
 def _within(measured: Measured, mean: FloatArray, edges: IntArray, number: FloatArray) -> FloatArray:

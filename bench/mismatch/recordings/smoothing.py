@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numba
 import numpy as np
 from numpy.typing import NDArray
@@ -73,17 +71,6 @@ def _response(rate: float, span: float, hertz: FloatArray, derivative: int) -> F
     weights = local_quadratic(impulse, rate, span)[derivative][half : 3 * half + 1]
     angle = 2.0 * np.pi * np.outer(hertz, np.arange(-half, half + 1)) / rate
     return np.asarray(np.cos(angle) @ weights)
-
-
-def smoothed(
-    signal: FloatArray, rate: float, span: float, pieces: Sequence[slice]
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """:func:`local_quadratic`, with ``pieces`` no shorter than a window smoothed by their own samples alone."""
-    value, slope, curve = local_quadratic(signal, rate, span)
-    for piece in pieces:
-        if piece.stop - piece.start >= window(rate, span):
-            value[piece], slope[piece], curve[piece] = local_quadratic(signal[piece], rate, span)
-    return value, slope, curve
 
 
 @numba.njit(cache=True)

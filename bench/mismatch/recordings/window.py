@@ -15,7 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bench.mismatch.recordings.smoothing import WINDOWS_S, repaired, smoothed
+from bench.mismatch.recordings.runs import Runs, smoothed
+from bench.mismatch.recordings.smoothing import WINDOWS_S, repaired
 from bench.recording import Recording
 from bench.simulation.frame import FloatArray
 
@@ -43,17 +44,13 @@ class Rates:
     source: str = ANGLE
 
 
-def motion(
-    angle: FloatArray, velocity: FloatArray, rate: float, how: Rates, pieces: Sequence[slice] = ()
-) -> tuple[FloatArray, FloatArray]:
-    """Speed and acceleration (n,) of a motor, of which ``how`` says which signal is read; ``pieces`` are smoothed by
-    themselves.
-    """
+def motion(angle: FloatArray, velocity: FloatArray, how: Rates, runs: Runs) -> tuple[FloatArray, FloatArray]:
+    """Speed and acceleration (n,) of a motor, of which ``how`` says which signal is read, smoothed in ``runs``."""
     if how.source == RECORDED:
-        return velocity, np.gradient(velocity) * rate
+        return velocity, np.gradient(runs.bridged(velocity))[runs.at] * runs.rate
     if how.source == VELOCITY:
-        return smoothed(velocity, rate, how.span, pieces)[:2]
-    return smoothed(angle, rate, how.span, pieces)[1:]
+        return smoothed(velocity, how.span, runs)[:2]
+    return smoothed(angle, how.span, runs)[1:]
 
 
 def best_rates(recordings: Sequence[Recording], standstill: float) -> Rates | None:
@@ -93,7 +90,7 @@ def _columns(recording: Recording, how: Rates, standstill: float) -> FloatArray:
     signals = {n: repaired(values, ~np.isfinite(values)) for n, values in recording.read_si(names).items()}
     none = np.zeros(recording.size)
     angle, velocity = signals["motor_angle"], signals.get("motor_velocity", none)
-    speed, acceleration = motion(angle, velocity, float(recording.sample_rate), how)
+    speed, acceleration = motion(angle, velocity, how, Runs.whole(recording.size, float(recording.sample_rate)))
     direction = np.where(np.abs(speed) > standstill, np.sign(speed), 0.0)
     load = signals.get("load_torque", none)
     return np.column_stack([direction, speed, acceleration, np.ones(speed.size), load, signals["motor_torque"]])
