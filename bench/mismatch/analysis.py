@@ -12,9 +12,9 @@ from bench.mismatch.discovery import ChannelOutcome, Discovery
 from bench.mismatch.given import LOAD_SIDE, SENSOR, Given, Known
 from bench.mismatch.memory import give_back
 from bench.mismatch.orders import model as orders
-from bench.mismatch.orders.discoveries import multiples
 from bench.mismatch.orders.misread import ENCODER, torque_check
 from bench.mismatch.orders.model import TransmissionModel
+from bench.mismatch.orders.of_motor import multiples
 from bench.mismatch.orders.reaction import Reaction, reaction_of
 from bench.mismatch.orders.revolutions import found_in
 from bench.mismatch.orders.shaft import PHASES

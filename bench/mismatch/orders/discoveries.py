@@ -19,6 +19,7 @@ from bench.mismatch.orders import defects, laws, modulation
 from bench.mismatch.orders.borne_out import borne_out
 from bench.mismatch.orders.misread import ENCODER, Misread
 from bench.mismatch.orders.model import TransmissionModel, with_parts
+from bench.mismatch.orders.of_motor import of_motor
 from bench.mismatch.orders.periodic import Periodic
 from bench.mismatch.orders.reported import (
     AMPLITUDE,
@@ -32,7 +33,7 @@ from bench.mismatch.orders.reported import (
 )
 from bench.mismatch.orders.reported_law import further, of_law
 from bench.mismatch.orders.sight import Sight, rebuilt
-from bench.mismatch.orders.under_mode import passes, strong, under
+from bench.mismatch.orders.under_mode import strong, under
 from bench.simulation import Gearbox
 from bench.simulation.laws import MODES, RESONANCE
 from bench.simulation.terms import LIBRARY, TRANSMISSION_ERROR
@@ -43,10 +44,6 @@ PAIR = ", ".join(
         *(AMPLITUDE.format(side) for side in ("_lower", "_upper")),
     ]
 )
-MOSTLY = 0.9
-"""share of an order's energy that one vector holds, from which a further multiple of the ratio is the encoder's as
-well: what a report calls a place holds as much
-"""
 OF_AN_ORDER = (UNNAMED, "te.temperature_nonlinear", "te.velocity_nonlinear")
 """laws that say how amplitudes change with the state: of an order that the simulation has not, that is no effect of its
 own
@@ -109,7 +106,7 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
         assert sight is not None
     law = _law(model, seed, law)
     parts = _encoders_parts(model, sight)
-    shaft = _of_motor(model, sight, teeth.ratio)
+    shaft = of_motor(model, sight, teeth.ratio)
     encoder = _encoder(model, sight, shaft, teeth)
     rest = [f for f in sight.found if encoder is None or f not in shaft]
     encoder = _borne_out(model, encoder)
@@ -132,7 +129,7 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
         model.torque_check = replace(
             model.torque_check, found=tuple(replace(m, beside=False) for m in model.torque_check.found)
         )
-        encoder = _borne_out(model, _encoder(model, sight, _of_motor(model, sight, teeth.ratio), teeth))
+        encoder = _borne_out(model, _encoder(model, sight, of_motor(model, sight, teeth.ratio), teeth))
     elif parts:
         encoder = _with_its_parts(model, encoder, parts)
     if law is not None and plain is not None and _of_new_orders(law, plain):
@@ -280,41 +277,6 @@ def _with_its_parts(model: TransmissionModel, encoder: Discovery | None, parts: 
         table=first.table + other.table,
         numbers=first.numbers + other.numbers,
     )
-
-
-def multiples(orders: Sequence[float], ratio: float) -> tuple[float, ...]:
-    """Those of the orders that are multiples of the ratio: the motor turns so."""
-    return tuple(f for f in orders if ratio > 1.0 and _multiple(f / ratio))
-
-
-def _of_motor(model: TransmissionModel, sight: Sight, ratio: float) -> tuple[float, ...]:
-    """Found orders that are the motor encoder's and not the gearbox's.
-
-    Where the motor's torque says whose they are, those of which it says so. Of the others the multiples of the ratio
-    that have one vector whatever the direction, load, speed, temperature; and, where there is such an order, further
-    multiples that are nearly so: a disc has several.
-    """
-    whole = [m.order for m in model.torque_check.found if not m.beside]
-    left = [f for f in multiples(sight.found, ratio) if f not in model.torque_check.orders]
-    if model.laws:
-        left = [f for f in left if not passes(model, sight.stage, f)]
-    constant = [f for f in left if sight.gains(sight.at(model, f), f)[1] == 0]
-    further = [f for f in left if f in constant or (constant and _share_of_mean(model, sight, f) >= MOSTLY)]
-    return tuple(f for f in sight.found if f in whole or f in further)
-
-
-def _multiple(times: float) -> bool:
-    return round(times) >= 1 and abs(times - round(times)) <= 1e-6
-
-
-def _share_of_mean(model: TransmissionModel, sight: Sight, order: float) -> float:
-    """Share of an order's energy over all revolutions, less that of noise, which one vector holds."""
-    vectors, scale = sight.at(model, order), sight.stage.scale
-    mean = np.sum(vectors / scale) / np.sum(1.0 / scale**2)
-    noise = 2.0 * sight.noise(order) ** 2
-    whole = float(np.sum(np.abs(vectors) ** 2)) - noise * vectors.size
-    of_mean = float(np.abs(mean) ** 2 * np.sum(1.0 / scale**2)) - noise
-    return of_mean / whole if whole > 0.0 else 0.0
 
 
 def _plain(model: TransmissionModel, sight: Sight, orders: list[float], teeth: Gearbox) -> Discovery | None:

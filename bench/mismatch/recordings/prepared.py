@@ -199,7 +199,8 @@ def prepare(
     witness = load_torque if "load_torque" in signals else None
     beside = load_motor if "load_torque" in signals and "load_motor_torque" in signals else None
     torque, torque_level = levelled(acting, kept, rate, manner.confirmed, beside)
-    reported = kept_segments(load_motor, label, rests, manner.torque, rate)
+    # what the load motor reports knows nothing of the inertia that a ramp of speed adds to the torque
+    reported = kept_segments(load_motor, label, np.ones(n, dtype=bool), manner.torque, rate)
     for rows in reported if "load_motor_torque" in signals else kept:
         # about a level most of the rate over a short span is the sensor's noise
         torque_rate[rows] = local_quadratic(changing[rows], rate, criteria.KEPT_LOAD_S)[1]

@@ -34,15 +34,38 @@ def _cubic(frame: Frame, point: Point) -> FloatArray:
     return columns(shaft, shaft**3)
 
 
-G = Symbol("g", "1", "gain error of the reported torque", -0.5, 0.5)
+def _limits(frame: Frame) -> tuple[Point, ...]:
+    largest = top(frame.torque) / frame.ratio
+    fastest = max(top(frame.omega), 1e-12)
+    drags = ((0.05, 0.02), (0.3, 0.02), (0.1, 0.2))
+    return tuple(
+        (limit * largest, sharpness, drag * largest, viscous * largest / fastest)
+        for limit in (0.6, 1.0, 1.6)
+        for sharpness in (2.0, 6.0)
+        for drag, viscous in drags
+    )
+
+
+def _limited(frame: Frame, point: Point) -> FloatArray:
+    limit, sharpness, drag, viscous = point
+    shaft = _shaft(frame, (drag,)) + viscous * frame.omega
+    held = shaft / (1.0 + np.abs(shaft / limit) ** sharpness) ** (1.0 / sharpness)
+    return columns(frame.torque_level / frame.ratio, held - shaft)
+
+
+G = Symbol("g", "1", "gain error of the reported torque", -0.9, 4.0)
 S2 = Symbol("s_2", "1/(N*m)", "saturation, quadratic")
 S3 = Symbol("s_3", "1/(N*m)^2", "saturation, cubic")
+LIMITED = Symbol("s", "1", "share of the torque that is limited", 0.0, 4.0)
+LIMIT = Symbol("tau_s", "N*m", "largest torque that is reported", 0.0)
+SHARPNESS = Symbol("p", "1", "sharpness of the limit: 1 bends all the way, 10 is a corner", 1.0, 20.0)
 DRAG = Symbol("tau_d", "N*m", "drag at the motor's shaft, which the motor gives beside the load's torque", 0.0)
+VISCOUS = Symbol("v_d", "N*m*s/rad", "the same, in proportion to the speed", 0.0)
 
 TERM = Term(
     effect="motor.torque_constant",
     name="gain error or saturation of the reported motor torque",
-    equation="tau_m += g*x (+ s_2*x*abs(x) or s_3*x**3), x = tau/u + d*tau_d",
+    equation="tau_m += g*x (+ s_2*x*abs(x) or s_3*x**3, or what a limit takes), x = tau/u + d*tau_d",
     reference="Krishnan, Permanent Magnet Synchronous and Brushless DC Motor Drives, CRC 2009, ch. 2",
     where="motor_torque in proportion to the load, without a trace in load_torque",
     forms={
@@ -57,6 +80,14 @@ TERM = Term(
                 equation="tau_m += g*x + s_2*x*abs(x), x = tau/u + d*tau_d",
             ),
             Form("cubic", _cubic, (G, S3), (DRAG,), _drags, equation="tau_m += g*x + s_3*x**3, x = tau/u + d*tau_d"),
+            Form(
+                "limit",
+                _limited,
+                (G, LIMITED),
+                (LIMIT, SHARPNESS, DRAG, VISCOUS),
+                _limits,
+                equation="tau_m += g*tau/u + s*(x/(1 + abs(x/tau_s)**p)**(1/p) - x), x = tau/u + d*tau_d + v_d*w_m",
+            ),
         )
     },
     variables=("torque",),

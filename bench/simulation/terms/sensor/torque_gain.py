@@ -14,7 +14,7 @@ def _trace(frame: Frame, _: Point) -> FloatArray:
     return columns(-frame.torque / frame.ratio)
 
 
-G_S = Symbol("g_s", "1", "gain error of the torque sensor", -0.5, 0.5)
+G_S = Symbol("g_s", "1", "gain error of the torque sensor", -0.9, 4.0)
 
 TERM = Term(
     effect="sensor.torque_gain",

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bench.mismatch.orders.discoveries import _of_motor
 from bench.mismatch.orders.misread import Misread, TorqueCheck
+from bench.mismatch.orders.of_motor import chance, of_motor
 from bench.simulation.frame import FloatArray
 
 RATIO, TURNS, NOISE = 185.0, 40, 0.3
@@ -26,6 +26,7 @@ def sight(sizes: dict[float, FloatArray], constant: tuple[float, ...]) -> Any:
     }
     return SimpleNamespace(
         found=tuple(sizes),
+        known=(),
         stage=SimpleNamespace(scale=SCALE),
         at=lambda _, f: shown[f],
         noise=lambda _: NOISE,
@@ -34,7 +35,7 @@ def sight(sizes: dict[float, FloatArray], constant: tuple[float, ...]) -> Any:
 
 
 @pytest.mark.parametrize(
-    ("wavers", "constant", "of_motor"),
+    ("wavers", "constant", "told"),
     [
         # nearly the same at every load: another wave of the same disc
         (0.1, (370.0,), (370.0, 740.0)),
@@ -44,19 +45,46 @@ def sight(sizes: dict[float, FloatArray], constant: tuple[float, ...]) -> Any:
         (0.1, (), ()),
     ],
 )
-def test_multiples_of_the_ratio(wavers: float, constant: tuple[float, ...], of_motor: tuple[float, ...]) -> None:
+def test_multiples_of_the_ratio(wavers: float, constant: tuple[float, ...], told: tuple[float, ...]) -> None:
     one = np.ones(TURNS)
     sizes = {46.0: 5.0 * one, 370.0: 4.0 * one, 740.0: 2.0 * (one + wavers * LOAD)}
-    model: Any = SimpleNamespace(laws=(), torque_check=TorqueCheck())
-    assert _of_motor(model, sight(sizes, constant), RATIO) == of_motor
+    model: Any = SimpleNamespace(laws=(), notes=[], torque_check=TorqueCheck())
+    assert of_motor(model, sight(sizes, constant), RATIO) == told
 
 
 def test_the_motor_torque_decides_where_it_was_asked() -> None:
     """Order 185 as a whole is the encoder's by the reaction; 370 was asked and is the gearbox's, though constant."""
     one = np.ones(TURNS)
     part = Misread(185.0, 4e-6 + 0j, 1e-7, 1e-6, 30.0, beside=False)
-    model: Any = SimpleNamespace(laws=(), torque_check=TorqueCheck((185.0, 370.0), (part,)))
-    assert _of_motor(model, sight({185.0: 4.0 * one, 370.0: 4.0 * one}, (370.0,)), RATIO) == (185.0,)
+    model: Any = SimpleNamespace(laws=(), notes=[], torque_check=TorqueCheck((185.0, 370.0), (part,)))
+    assert of_motor(model, sight({185.0: 4.0 * one, 370.0: 4.0 * one}, (370.0,)), RATIO) == (185.0,)
     # what the gearbox has beside it stays an order of the gearbox
     model.torque_check = TorqueCheck((185.0,), (Misread(185.0, 4e-6 + 0j, 1e-7, 1e-6, 30.0, beside=True),))
-    assert _of_motor(model, sight({185.0: 4.0 * one}, (185.0,)), RATIO) == ()
+    assert of_motor(model, sight({185.0: 4.0 * one}, (185.0,)), RATIO) == ()
+
+
+@pytest.mark.parametrize(("size", "encoders"), [(4.0, ()), (40.0, (185.0,))])
+def test_one_of_many_weak_orders_may_lie_on_the_ratio(size: float, encoders: tuple[float, ...]) -> None:
+    """Of ninety constant orders up to 400 one lies on 185 or 370 more often than not; hardly ever ten times as
+    large.
+    """
+    rng = np.random.default_rng(3)
+    weak = [float(f) for f in rng.permutation([k for k in range(2, 400) if k % 185])[:90]]
+    sizes = {f: rng.uniform(1.0, 5.0) * np.ones(TURNS) for f in weak} | {185.0: size * np.ones(TURNS)}
+    model: Any = SimpleNamespace(laws=(), notes=[], torque_check=TorqueCheck())
+    seen = sight(sizes, tuple(sizes))
+    assert of_motor(model, seen, RATIO) == encoders
+    assert bool(model.notes) is not bool(encoders)
+    by_chance = chance(model, seen, (185.0,), RATIO)
+    # two multiples, each with one of 90 orders on 400 places, of which a third is as large: counted by hand
+    larger = (1 + sum(float(v[0]) >= 4.0 for f, v in sizes.items() if f != 185.0)) / 91.0
+    expected = 1.0 - (1.0 - 90.0 / int(max(sizes)) * larger) ** 2
+    assert by_chance == pytest.approx(expected, rel=0.3) if size < 5.0 else by_chance < 0.01
+
+
+def test_both_multiples_are_no_chance() -> None:
+    rng = np.random.default_rng(4)
+    weak = [float(f) for f in rng.permutation([k for k in range(2, 400) if k % 185])[:20]]
+    sizes = {f: 2.0 * np.ones(TURNS) for f in (*weak, 185.0, 370.0)}
+    model: Any = SimpleNamespace(laws=(), notes=[], torque_check=TorqueCheck())
+    assert of_motor(model, sight(sizes, tuple(sizes)), RATIO) == (185.0, 370.0)
