@@ -195,9 +195,9 @@ def _of_tone(found: Tone, outcome: ChannelOutcome) -> Discovery:
         UNKNOWN,
         1.0 - found.p_value,
         outcome.channel,
-        f"a tone of {found.frequency:.3g} Hz, whatever the speed",
+        f"a tone of {found.frequency:.3g} Hz, {'whatever the speed' if found.everywhere else 'at some speeds'}",
         f"{outcome.channel} += a*sin(2*pi*f*t + phase of each recording)",
-        ("time",),
+        ("time",) if found.everywhere else ("speed", "torque", "temperature"),
         (
             {"symbol": "f", "value": found.frequency, "unit": "Hz", "std": found.frequency_std},
             {"symbol": "a", "value": found.amplitude, "unit": unit, "std": found.amplitude_std},
@@ -306,7 +306,8 @@ def _of_scatter(found: Scatter, outcome: ChannelOutcome) -> Discovery:
 
 def _of_recordings(found: Tone, outcome: ChannelOutcome) -> FloatArray:
     """A tone's size at each row (n,): what its recording's spectrum says, nothing where none was looked at."""
-    size = np.zeros(int(outcome.rows.frame.recording.max(initial=0)) + 1)
+    # the last recordings may have a spectrum and no rows that are compared
+    size = np.zeros(1 + max(int(outcome.rows.frame.recording.max(initial=0)), *found.recordings))
     for recording, square in zip(found.recordings, found.squares, strict=True):
         size[recording] = np.sqrt(square)
     return np.asarray(size[outcome.rows.frame.recording])

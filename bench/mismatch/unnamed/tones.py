@@ -2,7 +2,8 @@
 
 An order of the gearbox moves with the speed, a tone stands at its hertz. So the spectra are compared by speed: at each
 frequency the median over the speeds of the power over the noise about it. What the largest such median is in noise is
-drawn from the law of averaged periodograms.
+drawn from the law of averaged periodograms. A tone that comes at some states alone, a shaft that whirls or chatters,
+stands at one frequency at some speeds (:mod:`bench.mismatch.unnamed.some_speeds`).
 """
 
 from __future__ import annotations
@@ -20,11 +21,10 @@ from bench.mismatch import criteria
 from bench.mismatch.recordings.vibration import NYQUIST_SHARE, Density
 from bench.mismatch.regression.maxima import tail_probability
 from bench.mismatch.regression.noise import LOWEST_HZ
+from bench.mismatch.unnamed.some_speeds import SPEEDS, at_some_speeds
 from bench.mismatch.unnamed.spectral_line import mean_square, measured
 from bench.simulation.frame import FloatArray, IntArray
 
-SPEEDS = 3
-"""different speeds that must have been driven for a tone to be told from an order"""
 ALIKE = 0.03
 """relative difference of speeds that count as one"""
 SURROGATES = 200
@@ -43,7 +43,7 @@ _FEWEST_ABOUT = 7
 @dataclass(frozen=True, slots=True)
 class Tone:
     """Frequency (Hz) and amplitude with their standard deviations, chance in noise, the recordings by power, and the
-    tone's mean square in each of them.
+    tone's mean square in each of them; ``everywhere``: whether it was heard at most speeds, and not at some.
     """
 
     frequency: float
@@ -53,6 +53,7 @@ class Tone:
     p_value: float
     recordings: tuple[int, ...]
     squares: tuple[float, ...] = ()
+    everywhere: bool = True
 
 
 def tone(
@@ -83,7 +84,8 @@ def tone(
     level = leaked + np.array([_level(row, lines) for row, lines in zip(power, covered, strict=True)])
     ratio = np.where(covered, np.nan, power / np.maximum(level, 1e-300))
     freedom = np.array([2.0 * d.averaged for d in comparable])
-    statistic = _by_speed(ratio, groups)
+    means = _means(ratio, groups)
+    statistic = _median(means)
     frequencies = min(ratio.shape[1], MOST_FREQUENCIES)
     looked = np.isfinite(ratio)
     if looked.all():
@@ -96,15 +98,25 @@ def tone(
     peak = int(np.nanargmax(statistic))
     # surrogates of some frequencies stand for all: the maximum of m blocks
     blocks = max(ratio.shape[1] / MOST_FREQUENCIES, 1.0)
-    p = float(np.clip(blocks * tail_probability(largest, float(statistic[peak]), 0.0), criteria.LEAST_P, 1.0))
+    p = blocks * tail_probability(largest, float(statistic[peak]), 0.0)
     beyond = np.pad(np.where(covered, np.nan, power - level), ((0, 0), (1, 1)), constant_values=np.nan)
-    line = measured(beyond[:, peak : peak + 3], step, seed)
-    held = {d.recording: float(square) for d, square in zip(comparable, line.squares, strict=True)}
+    rows = np.arange(len(comparable))
+    some = at_some_speeds(means, np.arange(first, last))
+    everywhere = some is None or some.p_value >= p
+    if some is not None and not everywhere:
+        peak, p = some.frequency, some.p_value
+        rows = np.flatnonzero(np.nan_to_num(ratio[:, peak]) >= some.least)
+    line = measured(beyond[rows, peak : peak + 3], step, seed)
     at = first + peak + line.offset
+    held = {d.recording: _mean_square(d, at * step) for d in comparable}
+    held |= {comparable[k].recording: float(square) for k, square in zip(rows, line.squares, strict=True)}
     held |= {d.recording: _mean_square(d, at * step) for d in unsteady if d.recording not in held}
     strongest = sorted(held, key=lambda recording: -held[recording])
     squares = tuple(held[recording] for recording in strongest)
-    return Tone(at * step, line.offset_std * step, line.amplitude, line.amplitude_std, p, tuple(strongest), squares)
+    # two ways to be a tone were asked
+    p = float(np.clip(2.0 * p, criteria.LEAST_P, 1.0))
+    size = (line.amplitude, line.amplitude_std)
+    return Tone(at * step, line.offset_std * step, *size, p, tuple(strongest), squares, everywhere)
 
 
 def _mean_square(one: Density, frequency: float) -> float:
@@ -171,7 +183,7 @@ def _drawn(
         drawn /= np.median(drawn, axis=1, keepdims=True)
         if looked is not None:
             drawn[~looked[:, rng.integers(looked.shape[1], size=frequencies)]] = np.nan
-        out[k] = np.nanmax(_by_speed(drawn, groups), initial=0.0)
+        out[k] = np.nanmax(_median(_means(drawn, groups)), initial=0.0)
     return out
 
 
@@ -186,15 +198,17 @@ def _speeds(rates: FloatArray) -> IntArray:
     return out
 
 
-def _by_speed(ratio: FloatArray, groups: IntArray) -> FloatArray:
-    """Median over the speeds of the mean over the recordings of each speed; NaN where fewer than :data:`SPEEDS` have
-    one: orders cover a frequency at some speeds.
-    """
+def _means(ratio: FloatArray, groups: IntArray) -> FloatArray:
+    """Mean over the recordings of each speed (speeds, frequencies); NaN where orders cover the frequency."""
     members = (groups == np.arange(int(groups.max()) + 1)[:, None]).astype(np.float64)
     finite = np.isfinite(ratio)
     number = members @ finite
-    means = np.where(number > 0, members @ np.where(finite, ratio, 0.0) / np.maximum(number, 1.0), np.nan)
-    enough = (number > 0).sum(axis=0) >= SPEEDS
-    out = np.full(ratio.shape[1], np.nan)
+    return np.where(number > 0, members @ np.where(finite, ratio, 0.0) / np.maximum(number, 1.0), np.nan)
+
+
+def _median(means: FloatArray) -> FloatArray:
+    """Median over the speeds; NaN where fewer than :data:`SPEEDS` have one: orders cover a frequency at some speeds."""
+    enough = np.isfinite(means).sum(axis=0) >= SPEEDS
+    out = np.full(means.shape[1], np.nan)
     out[enough] = np.nanmedian(means[:, enough], axis=0) if enough.any() else np.nan
     return out
