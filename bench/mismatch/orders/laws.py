@@ -123,8 +123,18 @@ def _driven(data: Amplitudes, quantity: str) -> bool:
     values = {"speed": np.abs(data.x[:, 1]), "torque": data.x[:, 0]}.get(quantity)
     if values is None:
         return True
-    apart = criteria.WAVERING * float(np.abs(values).max())
-    return 1 + int(np.sum(np.diff(np.sort(values)) > apart)) >= FEWEST_STATES
+    return states_of(values, criteria.WAVERING * float(np.abs(values).max())) >= FEWEST_STATES
+
+
+def states_of(values: FloatArray, apart: float) -> int:
+    """How many of some values (n,) can be chosen so that each two are more than ``apart``: a sweep through many speeds
+    has no gap between two, and has many.
+    """
+    number, last = 0, -np.inf
+    for value in np.sort(values):
+        if value - last > apart:
+            number, last = number + 1, float(value)
+    return number
 
 
 def _between_points(

@@ -233,7 +233,7 @@ def plain_residual(problem: ChannelProblem) -> FloatArray:
     """
     train = problem.train
     rows = problem.rows.take(train)
-    terms = [t for t in problem.base if problem.spec.integral or not kept_small(t)]
+    terms = [t for t in problem.base if not kept_small(t)]
     blocks = [t.regressor.columns(problem.rows.frame)[train] for t in terms]
     columns = np.hstack(blocks) if blocks else np.zeros((rows.size, 0))
     weight = np.maximum(rows.number, 0.0)

@@ -23,6 +23,8 @@ from bench.simulation.frame import FloatArray, Frame, IntArray, recording_starts
 
 MEMORIES_S = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
 """correlation times of the parts, s"""
+SLOW_MEMORIES_S = (*MEMORIES_S, 10.0, 30.0)
+"""the same of a thermometer's: the air about it moves"""
 BINS = 40
 """bins of the pooled spectrum, even in the logarithm of the frequency"""
 LOWEST_HZ = 0.15
@@ -36,6 +38,8 @@ CLASSES = 3
 """kinds of motion with a scatter of their own: steady, changing, just after a start or reversal"""
 _FEWEST = 30
 _LAGS = (1, 2, 3, 4, 6)
+_SLOW_LAGS = (*_LAGS, 9, 13)
+"""rows between those that are compared; of a channel that changes slowly"""
 _OF_ROWS = 0.1
 """share of the rows that those of about as many samples are at least: others are the ends of recordings"""
 _RUNNING = 9
@@ -44,7 +48,8 @@ _RUNNING = 9
 
 @dataclass(frozen=True, slots=True)
 class Mixture:
-    """Noise of single samples: ``white`` variance, and ``parts`` (variance each) with the correlation times above.
+    """Noise of single samples: ``white`` variance, and ``parts`` (variance each) with the correlation times
+    ``memories`` in s.
 
     ``rate``: sample rate in Hz that the white part belongs to.
     """
@@ -52,6 +57,7 @@ class Mixture:
     white: float
     parts: tuple[float, ...]
     rate: float
+    memories: tuple[float, ...] = MEMORIES_S
 
     @property
     def variance(self) -> float:
@@ -61,19 +67,19 @@ class Mixture:
     def at_most(self, variance: float) -> Mixture:
         """The mixture, of no larger variance of a single sample than given."""
         share = min(1.0, variance / max(self.variance, 1e-300))
-        return Mixture(share * self.white, tuple(share * v for v in self.parts), self.rate)
+        return replace(self, white=share * self.white, parts=tuple(share * v for v in self.parts))
 
     def density(self, frequency: FloatArray) -> FloatArray:
         """One-sided spectral density of the samples at ``frequency`` Hz (any shape)."""
         out = np.full(np.shape(frequency), 2.0 * self.white / self.rate)
-        for variance, memory in zip(self.parts, MEMORIES_S, strict=True):
+        for variance, memory in zip(self.parts, self.memories, strict=True):
             out = out + 4.0 * variance * memory / (1.0 + (2.0 * np.pi * frequency * memory) ** 2)
         return np.asarray(out)
 
     def of_means(self, number: FloatArray, duration: FloatArray) -> FloatArray:
         """Variance of means over ``number`` samples, spread over ``duration`` s (n,)."""
         out = self.white / np.maximum(number, 1.0)
-        for variance, memory in zip(self.parts, MEMORIES_S, strict=True):
+        for variance, memory in zip(self.parts, self.memories, strict=True):
             x = np.maximum(duration / memory, 1e-6)
             out = out + variance * np.where(x < 1e-3, 1.0 - x / 3.0, 2.0 * (x - 1.0 + np.exp(-x)) / x**2)
         return np.asarray(out)
@@ -81,7 +87,7 @@ class Mixture:
     def across(self, first: FloatArray, second: FloatArray, gap: FloatArray) -> FloatArray:
         """Covariance of means over two durations, ``gap`` s apart (n,)."""
         out = np.zeros(first.size)
-        for variance, memory in zip(self.parts, MEMORIES_S, strict=True):
+        for variance, memory in zip(self.parts, self.memories, strict=True):
             a, b = np.maximum(first / memory, 1e-6), np.maximum(second / memory, 1e-6)
             out += variance * (1.0 - np.exp(-a)) * (1.0 - np.exp(-b)) / (a * b) * np.exp(-gap / memory)
         return out
@@ -232,31 +238,35 @@ def plain_mixture(rows: Rows, residual: FloatArray, slow: bool = False) -> Mixtu
     if slow:  # elsewhere rows are short where something changes, which is no matter of how many samples they have
         alike = np.round(np.log2(np.maximum(rows.number, 1.0)))
         groups = [alike == k for k in np.unique(alike) if np.mean(alike == k) >= _OF_ROWS]
-    equations = [e for group in groups if (e := _differences(rows, residual, group)) is not None]
+    lags, memories = (_SLOW_LAGS, SLOW_MEMORIES_S) if slow else (_LAGS, MEMORIES_S)
+    found_of = (_differences(rows, residual, group, lags, memories) for group in groups)
+    equations = [equation for equation in found_of if equation is not None]
     if not equations:
         spread = robust_spread(np.diff(residual)) ** 2 / 2.0 if residual.size > 1 else 1.0
-        return Mixture(max(spread * number, 1e-300), (0.0,) * len(MEMORIES_S), rate)
+        return Mixture(max(spread * number, 1e-300), (0.0,) * len(memories), rate, memories)
     design = np.vstack([design / measured[:, None] for design, measured in equations])
     inside = rows.number > 1.5
     if slow and inside.any():
         scatter = float(middles([of_each(rows, inside)])[0])
         sample = float(np.median([measured[0] for _, measured in equations])) + scatter
-        of_sample = np.append(np.ones(1 + len(MEMORIES_S)), 0.0) / max(sample, 1e-300)
+        of_sample = np.append(np.ones(1 + len(memories)), 0.0) / max(sample, 1e-300)
         design = np.vstack([design, of_sample])
     scale = np.maximum(np.abs(design).max(axis=0), 1e-300)
     found = nnls(design / scale, np.ones(len(design)))[0] / scale
-    return Mixture(float(found[0]), tuple(float(v) for v in found[1:-1]), rate)
+    return Mixture(float(found[0]), tuple(float(v) for v in found[1:-1]), rate, memories)
 
 
-def _differences(rows: Rows, residual: FloatArray, chosen: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray] | None:
-    """By how much the ``chosen`` rows, of about as many samples, differ over a few rows: the equations of a mixture's
-    parts and of what is slow beside them (lags, 2 + parts), and half the mean square that was measured (lags,). None
-    where they are too few.
+def _differences(
+    rows: Rows, residual: FloatArray, chosen: NDArray[np.bool_], lags: Sequence[int], memories: Sequence[float]
+) -> tuple[FloatArray, FloatArray] | None:
+    """By how much the ``chosen`` rows, of about as many samples, differ over ``lags`` of a few rows: the equations of a
+    mixture's parts with ``memories`` and of what is slow beside them (lags, 2 + parts), and half the mean square that
+    was measured (lags,). None where they are too few.
     """
     frame = rows.frame
     number, step = float(np.median(rows.number[chosen])), float(np.median(durations(frame)[chosen]))
     differ = []
-    for lag in _LAGS:
+    for lag in lags:
         near = (frame.recording[lag:] == frame.recording[:-lag]) & chosen[lag:] & chosen[:-lag]
         near &= np.abs(frame.elapsed[lag:] - frame.elapsed[:-lag] - lag * step) < 0.5 * step
         change = (residual[lag:] - residual[:-lag])[near]
@@ -265,14 +275,14 @@ def _differences(rows: Rows, residual: FloatArray, chosen: NDArray[np.bool_]) ->
     good = np.isfinite(measured) & (measured > 0.0)
     if good.sum() < 3:
         return None
-    duration = np.full(len(_LAGS), step)
-    columns = [np.full(len(_LAGS), 1.0 / number)]
-    for k in range(len(MEMORIES_S)):
-        alone = Mixture(0.0, tuple(float(j == k) for j in range(len(MEMORIES_S))), 1.0)
+    duration = np.full(len(lags), step)
+    columns = [np.full(len(lags), 1.0 / number)]
+    for memory in memories:
+        alone = Mixture(0.0, (1.0,), 1.0, (memory,))
         variance = alone.of_means(np.full(1, number), np.full(1, step))[0]
-        columns.append(variance - alone.across(duration, duration, (np.asarray(_LAGS) - 1.0) * step))
+        columns.append(variance - alone.across(duration, duration, (np.asarray(lags) - 1.0) * step))
     # the slow rest of a residual grows with the square of the lag: it is fitted beside the noise
-    columns.append(np.asarray(_LAGS, dtype=np.float64) ** 2 * float(np.nanmax(measured)))
+    columns.append(np.asarray(lags, dtype=np.float64) ** 2 * float(np.nanmax(measured)))
     return np.column_stack(columns)[good], measured[good]
 
 
@@ -307,7 +317,7 @@ def of_rows(rows: Rows, noise: Mixture, residual: FloatArray, doubt: FloatArray 
             # differences to neighbours: a kind of motion is not noisier for the physics that shows in it
             spread = robust_spread(steps[of_kind] - _running(steps[of_kind])) / np.sqrt(1.0 - 1.0 / _RUNNING)
             scale[of_kind] = max(spread, 0.5)
-    heavy = [m for v, m in zip(noise.parts, MEMORIES_S, strict=True) if v > 0.02 * noise.variance]
+    heavy = [m for v, m in zip(noise.parts, noise.memories, strict=True) if v > 0.02 * noise.variance]
     return RowNoise(sigma * scale, correlation, max(heavy, default=MEMORIES_S[0]))
 
 

@@ -61,11 +61,17 @@ def test_as_many_modes_are_found_as_there_are(naturals: tuple[float, ...]) -> No
 
 @pytest.mark.parametrize(
     ("speeds", "driven"),
-    [([0.13, 0.131, 0.132], False), ([0.05, 0.13, -0.131], False), ([0.05, 0.09, -0.13], True)],
+    [
+        ([0.13, 0.131, 0.132], False),
+        ([0.05, 0.13, -0.131], False),
+        ([0.05, 0.09, -0.13], True),
+        # a sweep: no two neighbours are apart
+        (np.linspace(0.05, 0.13, 20).tolist(), True),
+    ],
 )
 def test_a_law_of_speed_needs_three_speeds(speeds: list[float], driven: bool) -> None:
     _, data = passed("second_order", 7.3, 0.07, 0.15, 8)
-    own = replace(data, x=np.array([[100.0 * k, v, 25.0] for k, v in enumerate(speeds * 4)]))
+    own = replace(data, x=np.array([[100.0 * k, v, 25.0] for k, v in enumerate((speeds * 12)[: max(12, len(speeds))])]))
     assert laws._driven(own, "speed") is driven
     assert laws._driven(own, "torque")
     assert laws._driven(own, "temperature")
