@@ -262,3 +262,45 @@ def test_a_warning_of_many_files_is_shown_once_with_the_others_names(tmp_path: P
     assert done.output.count("WARNING") == 1
     assert f"the same warning, with other numbers, of b: {mapping}: channels.motor_torque" in done.output
     assert "a negative inertia (… kg·m²)" in done.output
+
+
+def _joint(folder: Path, sign: float, seconds: float, other: bool = True) -> tuple[str, ...]:
+    """Warnings of a joint that carries a forearm's weight, which hangs on the angle of the joint before it too."""
+    time = np.arange(round(seconds * 100)) / 100.0
+    own = 0.7 * np.sin(0.53 * time) + 0.2 * np.sin(1.9 * time)
+    before = 1.1 * np.sin(0.31 * time + 1.0) + 0.3 * np.sin(1.3 * time)
+    speed, theirs = np.gradient(own, time), np.gradient(before, time)
+    torque = 0.02 * np.gradient(speed, time) + 0.15 * np.tanh(speed / 0.02) + 0.05 * np.gradient(theirs, time)
+    torque += 4.0 * np.sin(own + before) + np.random.default_rng(5).normal(0.0, 0.02, time.size)
+    builders.csv(folder / "a.csv", t=time, q=own, M=sign * torque, p=before)
+    aux = 'q2 = {variable = "p", unit = "rad"}' if other else ""
+    return builders.one(folder, _PLAIN, aux=aux).warnings
+
+
+def test_gravity_of_another_joint_hides_no_sign_of_the_friction(tmp_path: Path) -> None:
+    assert _joint(tmp_path, 1.0, 80.0) == ()
+    shutil.rmtree(tmp_path / "out")
+    (warning,) = _joint(tmp_path, -1.0, 80.0)
+    assert "friction that takes -0.0" in warning
+    assert "beside what aux.q2 does" in warning
+    assert "likely a wrong sign; scale times -1 of motor_torque" in warning
+
+
+def test_without_the_other_joint_or_enough_of_it_nothing_is_told_beside_it(tmp_path: Path) -> None:
+    assert _joint(tmp_path, -1.0, 80.0, other=False) == ()
+    shutil.rmtree(tmp_path / "out")
+    assert not any("beside what" in warning for warning in _joint(tmp_path, -1.0, 5.0))
+
+
+def test_an_axis_that_moves_along_is_named_as_what_may_drive_the_motor(tmp_path: Path) -> None:
+    """A second encoder of the same shaft: its difference to the motor's angle is the torque, so it is not fitted."""
+    speed = np.gradient(_ANGLE, _SWING)
+    torque = 1e-3 * np.gradient(speed, _SWING) + 0.01 * speed + 0.3 * np.sign(speed)
+    twisted = _ANGLE / _RATIO - torque / 500.0
+    aux = 'end = {variable = "p", unit = "rad"}'
+    for sign, told in ((1.0, 0), (-1.0, 1)):
+        shutil.rmtree(tmp_path / "out", ignore_errors=True)
+        builders.csv(tmp_path / "a.csv", t=_SWING, q=_ANGLE, M=sign * torque, p=twisted)
+        warnings = builders.one(tmp_path, _PLAIN, ratio=f"{_RATIO}", aux=aux).warnings
+        assert len(warnings) == told
+        assert all("or aux.end does, which moves along with it" in warning for warning in warnings)

@@ -1,0 +1,138 @@
+"""Checks of torques: inertia is positive, friction takes power, and the motor carries the load."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.importing.channel_mapping import PartMapping
+from bench.importing.plausible.factors import reason
+from bench.importing.plausible.motion import POSITION, Blocks, Law, blocks, law
+from bench.importing.plausible.others import MOTIONS, Beside, law_beside
+from bench.importing.table import ChannelTable
+
+FloatArray = NDArray[np.float64]
+_SURE = 5.0
+"""Standard deviations from which a sign is sure: the spread is that over eight stretches, so it is not well known."""
+_EXPLAINED = 0.2
+"""Share of the torque's variance from which the law of motion says anything."""
+
+
+def torques(table: ChannelTable, ratio: float, where: str, wanted: Mapping[str, PartMapping]) -> list[str]:
+    """Say what cannot be of the torques, one sentence each; ``where`` is the mapping file, ``wanted`` its channels."""
+    values = {name: channel.si for name, channel in table.channels.items()}
+    if "motor_angle" not in values:
+        return []
+    found: list[str] = []
+    if "motor_torque" in values:
+        current = "motor_torque" in wanted and wanted["motor_torque"].torque_constant is not None
+        found += _motor_side(table, values, ratio, where, current=current)
+        if any("channels.load_torque" in sentence for sentence in found):
+            return found  # the load motor's torque is compared with the load torque, which is wrong itself
+    return [*found, *_load_side(values, ratio, where, linear=table.linear)]
+
+
+def _averaged(values: dict[str, FloatArray], ratio: float, *names: str, positioned: bool = True) -> Blocks | None:
+    """Blocks of the motor's motion and of the channels named, with the output's position where that is wanted."""
+    wanted = {name: values[name] for name in names}
+    if positioned:
+        wanted[POSITION] = values["load_angle"] if "load_angle" in values else values["motor_angle"] / ratio
+    return blocks(values["time"], values["motor_angle"], wanted)
+
+
+def _law_of_motor(table: ChannelTable, values: dict[str, FloatArray], ratio: float, load: str | None) -> Beside | None:
+    """The motor's law of motion; where no torque sensor holds what acts behind it, beside the axes in ``aux``."""
+    if load == "load_torque":
+        averaged = _averaged(values, ratio, "motor_torque", load, positioned=False)
+        fit = None if averaged is None else law(averaged, "motor_torque", load, linear=table.linear)
+        return None if fit is None else Beside(fit)
+    units = {name: channel.spec.unit for name, channel in table.channels.items() if name.startswith("aux/")}
+    others = {name: unit for name, unit in units.items() if unit in MOTIONS}
+    loads = [load] if load is not None else []
+    averaged = _averaged(values, ratio, "motor_torque", *loads, *others)
+    return None if averaged is None else law_beside(averaged, "motor_torque", load, others, linear=table.linear)
+
+
+def _motor_side(
+    table: ChannelTable, values: dict[str, FloatArray], ratio: float, where: str, *, current: bool
+) -> Iterator[str]:
+    """The motor's torque accelerates it, turns it against friction, and carries the load."""
+    load = next((name for name in ("load_torque", "load_motor_torque") if name in values), None)
+    found = _law_of_motor(table, values, ratio, load)
+    if found is None or found.law.share < _EXPLAINED:
+        return
+    fit = found.law
+    unit = "kg" if table.linear else "kg·m²"
+    driven = _unless(found, load)
+    beside = f" beside what {_listed(found.taken)} do{'es' if len(found.taken) == 1 else ''}" if found.taken else ""
+    if load == "load_torque" and fit.load is not None and abs(fit.load_t) > _SURE:
+        yield from _load(fit.load * ratio, ratio, where, current=current)
+        if fit.load * ratio < 0:
+            return
+    negative_inertia, negative_loss = fit.inertia_t < -_SURE, fit.loss_t < -_SURE
+    if negative_inertia and fit.loss < 0.0:
+        yield (
+            f"{where}: channels.motor_torque gives a negative inertia ({fit.inertia:.4g} {unit}) and "
+            f"friction that takes {fit.loss:.4g} W{beside}, both should be positive{driven}: likely a wrong sign; "
+            "scale times -1 of motor_torque (or of motor_angle) would be right."
+        )
+    elif negative_inertia:
+        over = (
+            "" if load == "load_torque" else "a force over the position that is no sine of it (a spring, a balancer), "
+        )
+        yield (
+            f"{where}: channels.motor_torque gives a negative inertia ({fit.inertia:.4g} {unit}) though "
+            f"friction takes power: likely {over}friction that yields before it slides, or a torque that lags behind "
+            "motor_angle; of these only the last is a fault of the data, the same filter and clock for both would be "
+            "right."
+        )
+    elif negative_loss:
+        likely = "motor_torque" if load is None else f"motor_torque or of {load}"
+        yield (
+            f"{where}: channels.motor_torque gives friction that takes {fit.loss:.4g} W{beside}, which should be "
+            f"positive{driven}: likely a wrong sign; scale times -1 of {likely} would be right."
+        )
+
+
+def _unless(found: Beside, load: str | None) -> str:
+    """What else may drive the motor, as half a sentence: a load that no channel holds, or an axis along with it."""
+    causes = ["a load that no channel holds drives the motor"] if load is None else []
+    if found.along:
+        verb = "does, which moves" if len(found.along) == 1 else "do, which move"
+        causes.append(f"{_listed(found.along)} {verb} along with it and cannot be told from it")
+    return f", unless {' or '.join(causes)}" if causes else ""
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    """Auxiliary channels as a mapping names them."""
+    *most, last = (name.replace("/", ".", 1) for name in names)
+    return f"{', '.join(most)} and {last}" if most else last
+
+
+def _load_side(values: dict[str, FloatArray], ratio: float, where: str, *, linear: bool) -> Iterator[str]:
+    """What the load torque has beside the load motor's accelerates the load: both have the same sign."""
+    if not {"load_torque", "load_motor_torque"} <= values.keys():
+        return
+    averaged = _averaged(values, ratio, "load_torque", "load_motor_torque")
+    fit: Law | None = None if averaged is None else law(averaged, "load_torque", "load_motor_torque", linear=linear)
+    if fit is None or fit.share < _EXPLAINED or fit.load is None:
+        return
+    if fit.load_t < -_SURE:
+        yield (
+            f"{where}: channels.load_motor_torque is found {fit.load:.4g} times in load_torque beside what accelerates "
+            "the load, it should be 1: likely a wrong sign; scale times -1 of load_motor_torque would be right (it is "
+            "positive where it opposes motion towards positive angles)."
+        )
+
+
+def _load(factor: float, ratio: float, where: str, *, current: bool) -> Iterator[str]:
+    """The motor carries the load: over the ratio, and with the same sign."""
+    if factor > 0 and 0.4 < factor < 2.5:
+        return  # efficiency, and a load that comes with the speed
+    constant = f", or torque_constant times {1.0 / factor:.4g} of motor_torque" if current else ""
+    yield (
+        f"{where}: channels.load_torque over gearbox.ratio is found {factor:.4g} times in motor_torque, "
+        f"it should be 1: {reason(1.0 / factor, ratio)} of load_torque{constant}."
+    )
