@@ -18,7 +18,7 @@ from bench.importing.cutting import LEAST_REVOLUTIONS, Cut, cut, travelled
 from bench.importing.files import Files, found, ids, refuse_shared
 from bench.importing.mapping import Mapping, RecordingMapping, SegmentMapping, as_utc, load_mapping
 from bench.importing.motor_angle import FROM_OUTPUT, hardly_turns, lost_zero
-from bench.importing.plausible import implausible, misspelt
+from bench.importing.plausible import gain_note, implausible, misspelt
 from bench.importing.provenance import provenance, software
 from bench.importing.steady import steady_stretches
 from bench.importing.table import ChannelTable, read_table
@@ -104,7 +104,8 @@ def _import_one(
     table = read_table(mapping, columns, files, f"{mapping_path}")
     ratio = mapping.gearbox.ratio
     lost = lost_zero(table.channels, columns, ratio) if len(set(mains)) > 1 else None
-    table.notes += [note for note in (lost, hardly_turns(table.channels, ratio)) if note is not None]
+    remarks = (lost, hardly_turns(table.channels, ratio), gain_note(table, ratio, columns))
+    table.notes += [note for note in remarks if note is not None]
     segments = [
         _segment(segment, table.time, files.main)
         for segment in (entry.segments if entry.segments is not None else mapping.segments)

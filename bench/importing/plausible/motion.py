@@ -65,6 +65,7 @@ class Law:
 
     ``loss`` is the mean power that friction takes, W; ``share`` of the torque's variance that the law explains, and
     ``predicted`` the share of stretches that were left out of the fit (negative where it is worse than the mean).
+    ``carried`` is the mean size of the power that goes into or out of the load, W (0 without one).
     """
 
     inertia: float
@@ -75,6 +76,7 @@ class Law:
     load_t: float
     share: float
     predicted: float
+    carried: float = 0.0
 
     @property
     def load_spread(self) -> float:
@@ -150,4 +152,6 @@ def law(
     share = 1.0 - sum(squares(k, of_all) for k in range(_CHUNKS)) / total
     predicted = 1.0 - sum(squares(k, other) for k, other in enumerate(others)) / total
     inertia, loss, of_load = (float(value) for value in whole)
-    return Law(inertia, float(t[0]), loss, float(t[1]), of_load if load else None, float(t[2]), share, predicted)
+    carried = 0.0 if load is None else float(np.mean(np.abs(of_load * averaged.channels[load][moving] * speed)))
+    with_load = of_load if load else None
+    return Law(inertia, float(t[0]), loss, float(t[1]), with_load, float(t[2]), share, predicted, carried)

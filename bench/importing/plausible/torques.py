@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.importing.channel_mapping import PartMapping
+from bench.importing.motor_angle import INTEGRAL, OF_OUTPUT
 from bench.importing.plausible.factors import reason
 from bench.importing.plausible.motion import POSITION, Blocks, Law, blocks, law
 from bench.importing.plausible.others import MOTIONS, Beside, law_beside
@@ -18,6 +19,12 @@ _SURE = 5.0
 """Standard deviations from which a sign is sure: the spread is that over eight stretches, so it is not well known."""
 _EXPLAINED = 0.2
 """Share of the torque's variance from which the law of motion says anything."""
+_LEAST_FACTOR, _MOST_FACTOR = 0.4, 2.5
+"""Factors of the load torque in the motor's, over the ratio, outside of which a scale is wrong for sure."""
+_GAIN = 0.3
+"""How far this factor may be from 1 without a note: a plain gearbox loses less than that."""
+_WITH_CARE = 2.0
+"""Standard deviations by which the factor has to be farther than that."""
 
 
 def torques(table: ChannelTable, ratio: float, where: str, wanted: Mapping[str, PartMapping]) -> list[str]:
@@ -72,11 +79,15 @@ def _motor_side(
         if fit.load * ratio < 0:
             return
     negative_inertia, negative_loss = fit.inertia_t < -_SURE, fit.loss_t < -_SURE
+    # a load that is found with its sign and size says that both torques have one sign
+    carries = load is not None and fit.load_t > _SURE
+    moves = _origin_of_motion(table)
     if negative_inertia and fit.loss < 0.0:
+        likely = f"{moves} (or of motor_torque and {load} both)" if carries else f"motor_torque (or of {moves})"
         yield (
             f"{where}: channels.motor_torque gives a negative inertia ({fit.inertia:.4g} {unit}) and "
             f"friction that takes {fit.loss:.4g} W{beside}, both should be positive{driven}: likely a wrong sign; "
-            "scale times -1 of motor_torque (or of motor_angle) would be right."
+            f"scale times -1 of {likely} would be right."
         )
     elif negative_inertia:
         over = (
@@ -88,12 +99,40 @@ def _motor_side(
             "motor_angle; of these only the last is a fault of the data, the same filter and clock for both would be "
             "right."
         )
+    elif negative_loss and carries:
+        yield _less_than_carried(fit, f"{load}", moves, where, beside)
     elif negative_loss:
         likely = "motor_torque" if load is None else f"motor_torque or of {load}"
         yield (
             f"{where}: channels.motor_torque gives friction that takes {fit.loss:.4g} W{beside}, which should be "
             f"positive{driven}: likely a wrong sign; scale times -1 of {likely} would be right."
         )
+
+
+def _less_than_carried(fit: Law, load: str, moves: str, where: str, beside: str) -> str:
+    """The motor gives less power than the load takes, though both torques have one sign."""
+    found = (
+        f"{where}: channels.motor_torque gives friction that takes {fit.loss:.4g} W{beside}, which should be positive "
+        f"(it is {-100.0 * fit.loss / fit.carried:.2g} % of the power that {load} carries): "
+    )
+    small = (
+        f"motor_torque is reported too small against {load} (a gain that is off or falls with the load, or a zero that "
+        "is off where the motor turns one way; a calibration of both would tell)"
+    )
+    if fit.inertia_t > _SURE:
+        return f"{found}the inertia is positive, so the signs are right and {small}."
+    return (
+        f"{found}either {small}, or both torques have the wrong sign (scale times -1 of {moves}, or of motor_torque "
+        f"and {load} both, would be right); the data do not tell which."
+    )
+
+
+def _origin_of_motion(table: ChannelTable) -> str:
+    """The channel that the motor's angle was made of, as a mapping names it."""
+    origin = table.channels["motor_angle"].spec.origin
+    if origin.startswith(INTEGRAL):
+        return "motor_velocity"
+    return "load_angle" if OF_OUTPUT in origin else "motor_angle"
 
 
 def _unless(found: Beside, load: str | None) -> str:
@@ -129,10 +168,33 @@ def _load_side(values: dict[str, FloatArray], ratio: float, where: str, *, linea
 
 def _load(factor: float, ratio: float, where: str, *, current: bool) -> Iterator[str]:
     """The motor carries the load: over the ratio, and with the same sign."""
-    if factor > 0 and 0.4 < factor < 2.5:
-        return  # efficiency, and a load that comes with the speed
+    if _LEAST_FACTOR < factor < _MOST_FACTOR:
+        return  # efficiency, and a load that comes with the speed; a gain that is off is noted
     constant = f", or torque_constant times {1.0 / factor:.4g} of motor_torque" if current else ""
     yield (
         f"{where}: channels.load_torque over gearbox.ratio is found {factor:.4g} times in motor_torque, "
         f"it should be 1: {reason(1.0 / factor, ratio)} of load_torque{constant}."
+    )
+
+
+def gain_note(table: ChannelTable, ratio: float, wanted: Mapping[str, PartMapping]) -> str | None:
+    """Say that the load torque is found in the motor's with a factor that is off by more than a gearbox loses, but not
+    by so much that it cannot be; None where it is not, or is not known well.
+    """
+    values = {name: channel.si for name, channel in table.channels.items()}
+    if not {"motor_angle", "motor_torque", "load_torque"} <= values.keys():
+        return None
+    found = _law_of_motor(table, values, ratio, "load_torque")
+    if found is None or found.law.share < _EXPLAINED or found.law.load is None or abs(found.law.load_t) < _SURE:
+        return None
+    factor, spread = found.law.load * ratio, found.law.load_spread * abs(ratio)
+    beyond = abs(factor - 1.0) - _WITH_CARE * spread > _GAIN
+    if not (beyond and _LEAST_FACTOR < factor < _MOST_FACTOR):
+        return None
+    constant = "torque_constant" if wanted["motor_torque"].torque_constant is not None else "scale"
+    lossy = f", or a gearbox that passes on {100.0 / factor:.0f} % of its power" if factor > 1.0 else ""
+    return (
+        f"load_torque over gearbox.ratio is found {factor:.3g} ± {spread:.1g} times in motor_torque, it should be 1: "
+        f"a gain may be off ({constant} times {1.0 / factor:.3g} of motor_torque, or scale times {factor:.3g} "
+        f"of load_torque, makes them agree){lossy}"
     )

@@ -304,3 +304,49 @@ def test_an_axis_that_moves_along_is_named_as_what_may_drive_the_motor(tmp_path:
         warnings = builders.one(tmp_path, _PLAIN, ratio=f"{_RATIO}", aux=aux).warnings
         assert len(warnings) == told
         assert all("or aux.end does, which moves along with it" in warning for warning in warnings)
+
+
+def _braked(folder: Path, zero: float, sign: float, inertia: float) -> tuple[str, ...]:
+    """Warnings of a motor that turns one way against a brake; its drive reports ``zero`` N·m less than there are."""
+    speed = 150.0 + 80.0 * np.sin(0.9 * _SWING)
+    angle = np.concatenate(([0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) / 200.0)))
+    load = 60.0 + 50.0 * np.sin(0.41 * _SWING) + np.random.default_rng(6).normal(0.0, 0.3, _SWING.size)
+    torque = load + 0.2 + inertia * np.gradient(speed, _SWING) - zero
+    torque += np.random.default_rng(7).normal(0.0, 0.3, _SWING.size)
+    builders.csv(folder / "a.csv", t=_SWING, q=angle, M=sign * torque, L=sign * load)
+    channels = f'{_PLAIN}\nload_torque = {{variable = "L", unit = "N*m"}}'
+    return builders.one(folder, channels).warnings
+
+
+@pytest.mark.parametrize(
+    ("zero", "sign", "inertia", "parts"),
+    [
+        (0.0, 1.0, 1e-4, None),
+        (0.9, 1.0, 1e-4, ("either motor_torque is reported too small", "or both torques have the wrong sign")),
+        (0.0, -1.0, 1e-4, ("either motor_torque is reported too small", "motor_angle, or of motor_torque and load_t")),
+        (0.9, 1.0, 0.2, ("the inertia is positive, so the signs are right and motor_torque is reported too small",)),
+    ],
+)
+def test_less_power_than_the_load_takes_is_a_gain_or_a_sign(
+    tmp_path: Path, zero: float, sign: float, inertia: float, parts: tuple[str, ...] | None
+) -> None:
+    warnings = _braked(tmp_path, zero, sign, inertia)
+    if parts is None:
+        assert warnings == ()
+        return
+    (warning,) = warnings
+    assert all(part in warning for part in parts)
+    assert ("wrong sign" in warning) == (len(parts) > 1)
+
+
+@pytest.mark.parametrize(("gain", "noted"), [(1.0, None), (1.2, None), (1.6, "1.6"), (0.6, "0.6"), (3.0, None)])
+def test_a_load_that_is_found_too_large_or_small_is_noted_with_its_factor(
+    tmp_path: Path, gain: float, noted: str | None
+) -> None:
+    _machine(tmp_path, M=gain)
+    done = builders.one(tmp_path, _CHANNELS, ratio=f"{_RATIO}")
+    said = [note for note in done.notes if "load_torque over gearbox.ratio is found" in note]
+    assert [note.split(" times")[0].split("found ")[1].split(" ±")[0] for note in said] == ([noted] if noted else [])
+    assert all(("passes on 6" in note) == (gain > 1.0) for note in said)
+    # three times as much cannot be, and is a warning
+    assert bool(done.warnings) == (gain > 2.5)
