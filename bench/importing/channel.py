@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from bench.errors import ConfigurationError, RecordingError
 from bench.importing.channel_mapping import ChannelMapping, PartMapping
 from bench.importing.files import Files
+from bench.importing.fill import filled
 from bench.importing.formats import Source
 from bench.importing.units import PERCENT, Unit, product_unit, quantity, unit_of
 from bench.recording.header import ChannelSpec
@@ -28,11 +29,15 @@ _NEEDED = {
 
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """Raw values (N,) and what they are; ``source`` is the file they stand in."""
+    """Raw values (N,) and what they are; ``source`` is the file they stand in.
+
+    ``filled``: indices in the file of samples that held a fill value; they are NaN here.
+    """
 
     raw: NDArray[Any]
     spec: ChannelSpec
     source: Source
+    filled: tuple[int, ...] = ()
 
     @property
     def si(self) -> NDArray[np.float64]:
@@ -76,6 +81,7 @@ def read_channel(name: str, wanted: ChannelMapping, files: Files, where: str, li
     first = read[0]
     if len(read) > 1:
         first = first.with_si(np.sum([channel.si for channel in read], axis=0))
+        first = replace(first, filled=tuple(sorted({index for channel in read for index in channel.filled})))
     origin = " + ".join(channel.spec.origin for channel in read)
     return replace(first, spec=replace(first.spec, description=description, origin=origin))
 
@@ -99,8 +105,10 @@ def _part(name: str, part: PartMapping, files: Files, where: str, linear: bool |
     raw = read_values(source, part, where)
     if raw.dtype.kind == "M":
         raise ConfigurationError(f"{where}: '{part.variable}' holds dates, only 'time' should.")
+    lost = np.flatnonzero(filled(raw))
     if raw.dtype.kind == "f":
         raw = raw.astype(np.float64)
+        raw[lost] = np.nan
     if part.signed_bits is not None:
         raw = _signed(raw, part.signed_bits, where)
     if part.sign_bit is not None:
@@ -122,7 +130,7 @@ def _part(name: str, part: PartMapping, files: Files, where: str, linear: bool |
         offset=offset * number * unit.factor + unit.offset,
         origin=f"{files.path(part.file).name}/{place}",
     )
-    channel = Channel(raw.astype(spec.dtype, copy=False), spec, source)
+    channel = Channel(raw.astype(spec.dtype, copy=False), spec, source, tuple(lost.tolist()))
     for other in part.times:
         by = source.read(other)
         if by.size not in (1, raw.size) or by.dtype.kind not in "iuf":

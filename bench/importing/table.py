@@ -18,6 +18,7 @@ from bench.importing.channel import LINEAR, Channel, fill_missing, read_channel
 from bench.importing.channel_mapping import ChannelMapping
 from bench.importing.clock import read_clock
 from bench.importing.files import Files
+from bench.importing.fill import LEAST_FILL, fill_note
 from bench.importing.mapping import Mapping
 from bench.importing.motor_angle import add_motor_angle
 from bench.importing.stamps import (
@@ -76,13 +77,16 @@ def read_table(mapping: Mapping, wanted: Table[str, ChannelMapping], files: File
     ]
     keys = {name: f"{where}: {_key(name)}" for name in wanted}
     others = {name: entry for name, entry in wanted.items() if name != "time"}
-    read = {
-        name: fill_missing(read_channel(name, entry, files, keys[name], linear), entry.missing)
-        for name, entry in others.items()
-    }
+    as_read = {name: read_channel(name, entry, files, keys[name], linear) for name, entry in others.items()}
+    read = {name: fill_missing(channel, others[name].missing) for name, channel in as_read.items()}
     size = next(channel.raw.size for channel in read.values())
     clock = read_clock(wanted["time"], files, keys["time"], size)
     table = ChannelTable({}, clock.started_at, _is_linear(read, wanted, where, linear), list(clock.notes))
+    table.notes += [
+        fill_note(name, channel.filled, channel.raw.size, channel.source.location(channel.filled[0]))
+        for name, channel in as_read.items()
+        if channel.filled
+    ]
     table.channels["time"] = clock.channel
     own_clocks = {name: entry for name, entry in others.items() if entry.time is not None}
     table.channels.update({name: channel for name, channel in read.items() if name not in own_clocks})
@@ -144,8 +148,9 @@ def _check_rows(table: ChannelTable, invalid_rows: str, file: Path) -> None:
         finite = np.isfinite(channel.raw)
         if invalid_rows == "refuse" and not finite.all():
             index = int(np.argmin(finite))
+            value = f"a fill value ({LEAST_FILL:g} or more)" if index in channel.filled else channel.raw[index]
             raise RecordingError(
-                f"{file}: {name} is {channel.raw[index]} in {channel.source.location(index)}, every sample should be a "
+                f"{file}: {name} is {value} in {channel.source.location(index)}, every sample should be a "
                 f"number; missing = 'hold' or 'interpolate' of the channel fills it, invalid_rows = 'drop' "
                 "leaves it out."
             )

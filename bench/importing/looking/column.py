@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.importing.fill import filled
 from bench.importing.formats import Variable
 
 NAMELESS = "column "
@@ -42,10 +43,10 @@ class Column:
 
     @property
     def seconds(self) -> NDArray[np.float64]:
-        """Values as numbers; dates as seconds since the first."""
+        """Values as numbers, NaN for fill values; dates as seconds since the first."""
         if self.stamps:
             return np.asarray((self.values - self.values[0]) / np.timedelta64(1, "ns"), dtype=np.float64) * 1e-9
-        return np.asarray(self.values, dtype=np.float64)
+        return np.where(filled(self.values), np.nan, np.asarray(self.values, dtype=np.float64))
 
     @property
     def span(self) -> tuple[float, float]:
@@ -60,7 +61,7 @@ class Column:
 
     @property
     def missing(self) -> NDArray[np.int64]:
-        """Indices of samples that are no number: NaN, inf, or a stamp that is not there."""
+        """Indices of samples that are no number: NaN, inf, a fill value, or a stamp that is not there."""
         lost = np.isnat(self.values) if self.stamps else ~np.isfinite(self.seconds)
         return np.asarray(np.flatnonzero(lost), dtype=np.int64)
 

@@ -57,7 +57,7 @@ class Inventory:
         """A sentence for each column, empty ones apart, in which samples are no number: how many, and the first."""
         return [
             f"{column.name}: {lost.size} of {column.values.size} samples {'is' if lost.size == 1 else 'are'} no number "
-            f"(NaN, inf or empty), the first in {self.location(column, int(lost[0]))}"
+            f"(NaN, inf, empty or a fill value), the first in {self.location(column, int(lost[0]))}"
             for column in self.columns
             if not column.empty
             for lost in [column.missing]

@@ -9,6 +9,7 @@ import pytest
 
 from bench.errors import ConfigurationError
 from bench.importing import Imported, import_recordings
+from bench.importing.looking import take_inventory
 from bench.recording import Rejected
 from bench.recording.validation import validate
 from tests.bench.importing import builders
@@ -248,3 +249,20 @@ motor_torque = {{variable = "n", unit = "N*m", scale = 0.01, {key} = {value}}}
     sentence = builders.why(tmp_path, channels)
     assert f"channels.motor_torque.{key}: the values are -" in sentence
     assert f"should be 0 to {most}" in sentence
+
+
+def test_fill_values_count_as_missing_and_are_said_to(tmp_path: Path) -> None:
+    load = _T + 1.0
+    spoilt = load.copy()
+    spoilt[[7, 8]] = (9.9e37, -1.2e36)
+    builders.csv(tmp_path / "a.csv", t=_T, q=_T, L=spoilt)
+    channels = 'motor_angle = {{variable = "q", unit = "rad"}}\nload_torque = {{variable = "L", unit = "N*m"{}}}'
+    why = builders.why(tmp_path, channels.format(""))
+    assert "load_torque is a fill value (1e+30 or more) in line 9, every sample should be a number" in why
+    done = builders.one(tmp_path, channels.format(', missing = "interpolate"'))
+    np.testing.assert_allclose(done.recording.si("load_torque"), load, rtol=1e-12)
+    said = "load_torque: 2 of 200 samples are fill values (1e+30 or more in size, such as 9.9e37) and count as missing"
+    assert f"{said}, the first in line 9" in done.notes
+    found = take_inventory(tmp_path / "a.csv")
+    assert found.columns[2].span == (1.0, load[-1])
+    assert any("L: 2 of 200 samples are no number" in sentence for sentence in found.missing_samples())
