@@ -61,6 +61,10 @@ def read_channel(name: str, wanted: ChannelMapping, files: Files, where: str, li
     where : mapping file and key, for the sentence of an error.
     linear : whether it is a linear axis; None: either, whichever its unit is of.
 
+    Returns
+    -------
+    Of one sample where the mapping gives its ``value``.
+
     Raises
     ------
     ConfigurationError, RecordingError
@@ -72,6 +76,11 @@ def read_channel(name: str, wanted: ChannelMapping, files: Files, where: str, li
     units = {channel.spec.unit for channel in read}
     if len(units) > 1:
         raise ConfigurationError(f"{where}.sum: adds {' and '.join(sorted(units))}, its parts should be of one unit.")
+    samples = max(channel.raw.size for channel in read)
+    read = [
+        channel.taken(np.zeros(samples, dtype=np.int64)) if part.value is not None else channel
+        for part, channel in zip(parts, read, strict=True)
+    ]
     sizes = {channel.raw.size for channel in read}
     if len(sizes) > 1:
         listed = ", ".join(f"{part.variable or part.column}: {c.raw.size}" for part, c in zip(parts, read, strict=True))
@@ -102,7 +111,7 @@ def read_values(source: Source, part: PartMapping, where: str) -> NDArray[Any]:
 
 def _part(name: str, part: PartMapping, files: Files, where: str, linear: bool | None) -> Channel:
     source = files.source(part.file)
-    raw = read_values(source, part, where)
+    raw = np.array([part.value]) if part.value is not None else read_values(source, part, where)
     if raw.dtype.kind == "M":
         raise ConfigurationError(f"{where}: '{part.variable}' holds dates, only 'time' should.")
     lost = np.flatnonzero(filled(raw))
@@ -128,7 +137,7 @@ def _part(name: str, part: PartMapping, files: Files, where: str, linear: bool |
         dtype=str(raw.dtype.newbyteorder("=")),
         scale=scale * number * unit.factor,
         offset=offset * number * unit.factor + unit.offset,
-        origin=f"{files.path(part.file).name}/{place}",
+        origin=f"{files.path(part.file).name}/{place}" if part.value is None else f"{part.value:g} {part.unit}",
     )
     channel = Channel(raw.astype(spec.dtype, copy=False), spec, source, tuple(lost.tolist()))
     for other in part.times:

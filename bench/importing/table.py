@@ -79,7 +79,12 @@ def read_table(mapping: Mapping, wanted: Table[str, ChannelMapping], files: File
     others = {name: entry for name, entry in wanted.items() if name != "time"}
     as_read = {name: read_channel(name, entry, files, keys[name], linear) for name, entry in others.items()}
     read = {name: fill_missing(channel, others[name].missing) for name, channel in as_read.items()}
-    size = next(channel.raw.size for channel in read.values())
+    sizes = [channel.raw.size for name, channel in read.items() if not _constant(others[name])]
+    if not sizes:
+        raise ConfigurationError(f"{where}: every channel has a 'value', one besides the time should stand in a file.")
+    size = sizes[0]
+    for name in (name for name in read if _constant(others[name])):
+        read[name] = read[name].taken(np.zeros(size, dtype=np.int64))
     clock = read_clock(wanted["time"], files, keys["time"], size)
     table = ChannelTable({}, clock.started_at, _is_linear(read, wanted, where, linear), list(clock.notes))
     table.notes += [
@@ -98,6 +103,11 @@ def read_table(mapping: Mapping, wanted: Table[str, ChannelMapping], files: File
     _from_zero(table)
     add_motor_angle(table.channels, table.notes, ratio=mapping.gearbox.ratio, linear=table.linear)
     return table
+
+
+def _constant(wanted: ChannelMapping) -> bool:
+    """Whether nothing of a channel stands in a file."""
+    return all(part.value is not None for part in wanted.sum or (wanted,))
 
 
 def _key(name: str) -> str:

@@ -266,3 +266,44 @@ def test_fill_values_count_as_missing_and_are_said_to(tmp_path: Path) -> None:
     found = take_inventory(tmp_path / "a.csv")
     assert found.columns[2].span == (1.0, load[-1])
     assert any("L: 2 of 200 samples are no number" in sentence for sentence in found.missing_samples())
+
+
+def test_a_value_that_stands_in_no_file_is_a_channel_of_its_recording(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        builders.csv(tmp_path / f"{name}.csv", t=_T, i=_I, q=_T)
+    channels = (
+        'motor_angle = {variable = "q", unit = "rad"}\n'
+        'motor_torque = {sum = [{variable = "i", unit = "N*m"}, {value = 20, unit = "N", factor = "5 mm"}]}'
+    )
+    entry = 'channels.load_torque = {value = 120, unit = "N*cm"}\n[[recordings]]\nfile = "b.csv"\n'
+    entry += 'channels.load_torque = {value = 0, unit = "N*m"}'
+    a, b = builders.run(tmp_path, channels, entry=entry)
+    assert isinstance(a, Imported)
+    assert isinstance(b, Imported)
+    np.testing.assert_allclose(a.recording.si("load_torque"), np.full(_T.size, 1.2), rtol=1e-12)
+    np.testing.assert_allclose(b.recording.si("load_torque"), np.zeros(_T.size))
+    np.testing.assert_allclose(a.recording.si("motor_torque"), _I + 0.1, rtol=1e-12)
+    assert a.recording.specs["load_torque"].origin == "120 N*cm"
+    assert validate(a.recording.path).violations == ()
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ('load_torque = {value = 1, variable = "i", unit = "N*m"}', "has a 'value' and a place in a file"),
+        ('load_torque = {value = 1, wraps_at = 3, unit = "N*m"}', "has a 'value' and 'wraps_at', which is for"),
+        ('load_torque = {value = 1, time = "t", unit = "N*m"}', "has a 'value' and a 'time' of its own"),
+        ('load_torque = {value = nan, unit = "N*m"}', "has a 'value' that is no finite number"),
+        ('load_torque = {unit = "N*m"}', "or 'sum', a 'value' that holds throughout"),
+    ],
+)
+def test_a_value_goes_with_no_place(folder: Path, line: str, said: str) -> None:
+    with pytest.raises(ConfigurationError, match=said):
+        builders.run(folder, f'motor_velocity = {{variable = "v", unit = "rpm"}}\n{line}')
+
+
+def test_values_alone_are_no_recording_and_no_time(folder: Path) -> None:
+    with pytest.raises(ConfigurationError, match="every channel has a 'value'"):
+        builders.run(folder, 'load_torque = {value = 1, unit = "N*m"}')
+    with pytest.raises(ConfigurationError, match="a time that is the same throughout is none"):
+        builders.run(folder, 'time = {value = 1, unit = "s"}\nmotor_velocity = {variable = "v", unit = "rpm"}')
