@@ -74,7 +74,7 @@ def import_recordings(
     for entry, files in entries:
         for (file, stars), name in zip(files, ids(files, entry), strict=True):
             try:
-                opened = Files(file, mapping.csv.options(), stars)
+                opened = Files(file, mapping.csv.options(), stars, folder)
                 targets, notes, warnings = _import_one(mapping, text, mapping_path, entry, opened, out / name, mains)
             except RecordingError as error:
                 yield Rejected(file, str(error))

@@ -139,3 +139,16 @@ def test_columns_are_aligned_under_long_headings_and_units(tmp_path: Path) -> No
     assert len(rows) == 4
     assert len(places) == 1
     assert "Actual velocity of" in rows[1]
+
+
+def test_a_file_that_is_not_there_is_named_with_the_folder_its_name_counts_from(tmp_path: Path) -> None:
+    (tmp_path / "data").mkdir()
+    _files(tmp_path / "data")
+    channels = _CHANNELS.format(file="data/sweep0_cur.csv")
+    why = builders.why(tmp_path, channels, file="data/sweep0_pos.csv")
+    assert "'data/sweep0_cur.csv', the 'file' of a channel, counts from the folder of the recording's own file" in why
+    assert why.endswith(f"sweep0_pos.csv: {tmp_path / 'data'}; did you mean 'sweep0_cur.csv'?")
+    why = builders.why(tmp_path, channels, file="sweep0_pos.csv")
+    assert why.endswith(f"counts from the folder of the mapping, or that of --data: here {tmp_path}.")
+    with pytest.raises(ConfigurationError, match=f"recordings.file, which counts from {tmp_path}"):
+        builders.run(tmp_path, channels, file="sweep*_pos.csv")
