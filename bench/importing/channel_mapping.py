@@ -28,10 +28,10 @@ class PartMapping(Strict):
     """Column of a matrix variable, or of a text file without headings; counted from 1."""
     row: int | None = Field(default=None, ge=1)
     """Row of a matrix variable whose data lie in rows; counted from 1."""
-    value: float | None = None
-    """A number that stands in no file and holds for the whole recording, such as a weight that was hung on."""
     file: str | None = None
     """Another file it stands in, from the recording's folder; ``*`` is what it was there, ``{stem}`` its stem."""
+    value: float | None = None
+    """A number that stands in no file and holds for the whole recording, such as a weight that was hung on."""
     unit: str = "1"
     scale: float | str = 1.0
     offset: float | str = 0.0

@@ -17,7 +17,7 @@ from bench.errors import ConfigurationError, RecordingError
 from bench.importing.cutting import LEAST_REVOLUTIONS, Cut, cut, travelled
 from bench.importing.files import Files, found, ids, refuse_shared
 from bench.importing.mapping import Mapping, RecordingMapping, SegmentMapping, as_utc, load_mapping
-from bench.importing.motor_angle import FROM_OUTPUT, hardly_turns, lost_zero
+from bench.importing.motor_angle import FROM_OUTPUT, SPEED_FROM_OUTPUT, hardly_turns, lost_zero
 from bench.importing.plausible import gain_note, implausible, misspelt
 from bench.importing.provenance import provenance, software
 from bench.importing.steady import steady_stretches
@@ -169,9 +169,9 @@ def _write(
         for segment in segments
         if segment.start < rows.stop and segment.stop > rows.start
     ]
+    expected = (_OF_FILE, _FOUND_STEADY, FROM_OUTPUT, SPEED_FROM_OUTPUT)
     events = [
-        Event(0.0, "info" if note.startswith((_OF_FILE, _FOUND_STEADY, FROM_OUTPUT)) else "warning", note)
-        for note in (*table.notes, *warnings)
+        Event(0.0, "info" if note.startswith(expected) else "warning", note) for note in (*table.notes, *warnings)
     ]
     write_recording(target, header, channels, inside, events)
 

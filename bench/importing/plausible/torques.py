@@ -130,9 +130,8 @@ def _less_than_carried(fit: Law, load: str, moves: str, where: str, beside: str)
 def _origin_of_motion(table: ChannelTable) -> str:
     """The channel that the motor's angle was made of, as a mapping names it."""
     origin = table.channels["motor_angle"].spec.origin
-    if origin.startswith(INTEGRAL):
-        return "motor_velocity"
-    return "load_angle" if OF_OUTPUT in origin else "motor_angle"
+    side = "load" if OF_OUTPUT in origin else "motor"
+    return f"{side}_velocity" if origin.startswith(INTEGRAL) else f"{side}_angle"
 
 
 def _unless(found: Beside, load: str | None) -> str:

@@ -307,3 +307,17 @@ def test_values_alone_are_no_recording_and_no_time(folder: Path) -> None:
         builders.run(folder, 'load_torque = {value = 1, unit = "N*m"}')
     with pytest.raises(ConfigurationError, match="a time that is the same throughout is none"):
         builders.run(folder, 'time = {value = 1, unit = "s"}\nmotor_velocity = {variable = "v", unit = "rpm"}')
+
+
+def test_the_speed_of_the_output_alone_is_turned_into_the_motors(folder: Path) -> None:
+    channels = 'load_velocity = {variable = "v", unit = "rpm"}\nmotor_torque = {variable = "i", unit = "N*m"}'
+    done = builders.one(folder, channels, ratio="9.0")
+    np.testing.assert_allclose(done.recording.si("motor_velocity"), 18 * np.pi, rtol=1e-12)
+    np.testing.assert_allclose(done.recording.si("motor_angle"), 18 * np.pi * _T, atol=1e-11)
+    assert "load_velocity" not in done.recording.specs
+    said = "the motor's speed was not measured: motor_velocity is load_velocity times gearbox.ratio 9, so there is no"
+    assert any(note.startswith(said) for note in done.notes)
+    assert [event.level for event in done.recording.events if event.text.startswith(said)] == ["info"]
+    (folder / "out/a.h5").unlink()
+    without_torque = builders.one(folder, channels.splitlines()[0] + '\nload_torque = {variable = "i", unit = "N*m"}')
+    assert {"load_velocity"} == {name for name in without_torque.recording.specs if "velocity" in name}
