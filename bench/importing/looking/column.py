@@ -10,10 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.importing.fill import filled
-from bench.importing.formats import Variable
+from bench.importing.formats import Source, Variable
 
 NAMELESS = "column "
 """begins the name of a column of a text file that has none"""
+_MOST_COLUMNS = 40
+"""lines of a matrix up to which each is shown as a column"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,6 +24,7 @@ class Column:
 
     ``number`` counts columns or rows (``along`` says which) of a matrix from 1; ``numeric`` is False for stamps;
     ``file``: its name, where a recording has several; ``headed`` is False where the column's name is its file's.
+    ``inside`` is the variable's name in its file, where its name here has that of the file before it.
     """
 
     variable: Variable
@@ -30,6 +33,7 @@ class Column:
     along: str = "column"
     file: str = ""
     headed: bool = True
+    inside: str = ""
 
     @property
     def name(self) -> str:
@@ -75,3 +79,21 @@ class Column:
     def constant(self) -> bool:
         """Whether all its numbers are the same: nothing was measured there."""
         return self.span[0] == self.span[1]
+
+
+def lines_of(variable: Variable) -> int | None:
+    """How many lines of samples a variable has; None where it is no matrix of few."""
+    sides = [side for side in variable.shape if side != 1]
+    if len(sides) <= 1:
+        return 1
+    return min(sides) if len(variable.shape) == 2 and min(sides) <= _MOST_COLUMNS else None
+
+
+def columns_of(source: Source, variable: Variable) -> list[Column]:
+    """The lines of a variable that has some, along its longer side."""
+    count = lines_of(variable) or 1
+    if count == 1:
+        return [Column(variable, source.read(variable.name))]
+    if variable.shape[0] >= variable.shape[1]:
+        return [Column(variable, source.read(variable.name, column=k), k) for k in range(1, count + 1)]
+    return [Column(variable, source.read(variable.name, row=k), k, "row") for k in range(1, count + 1)]
