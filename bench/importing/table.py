@@ -156,6 +156,8 @@ def _check_rows(table: ChannelTable, invalid_rows: str, file: Path) -> None:
     good = np.ones(table.size, dtype=bool)
     for name, channel in table.channels.items():
         finite = np.isfinite(channel.raw)
+        if not finite.any():
+            raise RecordingError(f"{file}: {name} holds no number in any sample; leave the channel out of the mapping.")
         if invalid_rows == "refuse" and not finite.all():
             index = int(np.argmin(finite))
             value = f"a fill value ({LEAST_FILL:g} or more)" if index in channel.filled else channel.raw[index]

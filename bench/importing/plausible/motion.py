@@ -15,6 +15,8 @@ _CHUNKS = 8
 _MOST_BLOCKS = 20_000
 _LEAST_BLOCKS = 80
 _STANDING = 0.02
+SURE = 5.0
+"""Standard deviations from which a sign is sure: the spread is that over eight stretches, so it is not well known."""
 _NOTHING = 1e-9
 """Singular value over the largest from which columns are taken for a sum of others."""
 POSITION = "position"

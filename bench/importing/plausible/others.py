@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.importing.plausible.motion import POSITION, Blocks, Law, law, over_position
+from bench.importing.plausible.motion import POSITION, SURE, Blocks, Law, law, over_position
 
 FloatArray = NDArray[np.float64]
 MOTIONS = ("rad", "m", "rad/s", "m/s")
@@ -17,8 +17,13 @@ drive's own follow from the friction that is asked for, and would hide it or tur
 _ALONG = 0.9
 """Correlation of two speeds from which an axis moves along with the motor. It may be a second encoder of the same
 shaft, of which the difference is the torque itself, or another axis that drives this one: neither can be fitted."""
+_LATE_S = 0.3
+"""Seconds by which one may come after the other all the same: a motor follows its set value so."""
 _BLOCKS_PER_COLUMN = 30
 """Least number of blocks of motion for each column of the law: a block is correlated with some of its neighbours."""
+_ENOUGH = 0.9
+"""Share of stretches left out that the law alone predicts, from which no other axis is asked. What is left then is
+little, and the set value of the motor's own controller would explain it: its torque is the difference of both."""
 _BETTER = 0.9
 """What is left of stretches left out, with an axis over without it, from which the axis is taken (variances)."""
 
@@ -51,16 +56,18 @@ def law_beside(
     -------
     None where nothing moves.
     """
-    best = law(averaged, torque, load, linear=linear)
-    if best is None:
+    alone = law(averaged, torque, load, linear=linear)
+    if alone is None:
         return None
     own = _shapes(averaged.channels[POSITION], linear=linear)
     axes = {name: _Axis.of(averaged, name, unit) for name, unit in others.items()}
     axes = {name: axis for name, axis in axes.items() if float(np.std(axis.speed)) > 0.0}
-    along = tuple(name for name, axis in axes.items() if _correlation(axis.speed, averaged.speed) > _ALONG)
+    late = max(1, round(_LATE_S / float(np.median(np.diff(averaged.time)))))
+    along = tuple(name for name, axis in axes.items() if _correlation(axis.speed, averaged.speed, late) > _ALONG)
+    best = alone
     taken: list[str] = []
     columns: list[FloatArray] = []
-    while True:
+    while alone.predicted < _ENOUGH:
         trials: list[tuple[Law, str, list[FloatArray]]] = []
         for name, axis in axes.items():
             if name in along or name in taken:
@@ -78,6 +85,8 @@ def law_beside(
             break
         best, columns = fitted, more
         taken.append(name)
+    if alone.loss_t > SURE and best.loss_t < -SURE:
+        return Beside(alone, (), along)  # what was taken turns a friction that is positive for sure: it is no load
     return Beside(best, tuple(taken), along)
 
 
@@ -110,8 +119,11 @@ def _shapes(position: FloatArray, *, linear: bool) -> list[FloatArray]:
     return [np.ones(position.size), *over_position(position, linear=linear)]
 
 
-def _correlation(one: FloatArray, other: FloatArray) -> float:
-    """Correlation whatever its sign; 0 where one of them rests."""
-    if float(np.std(one)) == 0.0 or float(np.std(other)) == 0.0:
-        return 0.0
-    return abs(float(np.corrcoef(one, other)[0, 1]))
+def _correlation(one: FloatArray, other: FloatArray, late: int) -> float:
+    """Largest correlation, whatever its sign, with either up to ``late`` samples after the other; 0 where one rests."""
+    found = 0.0
+    for shift in range(-late, late + 1):
+        x, y = (one[shift:], other[: other.size - shift]) if shift >= 0 else (one[:shift], other[-shift:])
+        if float(np.std(x)) > 0.0 and float(np.std(y)) > 0.0:
+            found = max(found, abs(float(np.corrcoef(x, y)[0, 1])))
+    return found

@@ -8,15 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.importing.channel_mapping import PartMapping
+from bench.importing.looking.words import SET_VALUE
 from bench.importing.motor_angle import INTEGRAL, OF_OUTPUT
 from bench.importing.plausible.factors import reason
-from bench.importing.plausible.motion import POSITION, Blocks, Law, blocks, law
+from bench.importing.plausible.motion import POSITION, SURE, Blocks, Law, blocks, law
 from bench.importing.plausible.others import MOTIONS, Beside, law_beside
 from bench.importing.table import ChannelTable
 
 FloatArray = NDArray[np.float64]
-_SURE = 5.0
-"""Standard deviations from which a sign is sure: the spread is that over eight stretches, so it is not well known."""
 _EXPLAINED = 0.2
 """Share of the torque's variance from which the law of motion says anything."""
 _LEAST_FACTOR, _MOST_FACTOR = 0.4, 2.5
@@ -56,7 +55,7 @@ def _law_of_motor(table: ChannelTable, values: dict[str, FloatArray], ratio: flo
         fit = None if averaged is None else law(averaged, "motor_torque", load, linear=table.linear)
         return None if fit is None else Beside(fit)
     units = {name: channel.spec.unit for name, channel in table.channels.items() if name.startswith("aux/")}
-    others = {name: unit for name, unit in units.items() if unit in MOTIONS}
+    others = {name: unit for name, unit in units.items() if unit in MOTIONS and not SET_VALUE.search(name.lower())}
     loads = [load] if load is not None else []
     averaged = _averaged(values, ratio, "motor_torque", *loads, *others)
     return None if averaged is None else law_beside(averaged, "motor_torque", load, others, linear=table.linear)
@@ -74,13 +73,13 @@ def _motor_side(
     unit = "kg" if table.linear else "kg·m²"
     driven = _unless(found, load)
     beside = f" beside what {_listed(found.taken)} do{'es' if len(found.taken) == 1 else ''}" if found.taken else ""
-    if load == "load_torque" and fit.load is not None and abs(fit.load_t) > _SURE:
+    if load == "load_torque" and fit.load is not None and abs(fit.load_t) > SURE:
         yield from _load(fit.load * ratio, ratio, where, current=current)
         if fit.load * ratio < 0:
             return
-    negative_inertia, negative_loss = fit.inertia_t < -_SURE, fit.loss_t < -_SURE
+    negative_inertia, negative_loss = fit.inertia_t < -SURE, fit.loss_t < -SURE
     # a load that is found with its sign and size says that both torques have one sign
-    carries = load is not None and fit.load_t > _SURE
+    carries = load is not None and fit.load_t > SURE
     moves = _origin_of_motion(table)
     if negative_inertia and fit.loss < 0.0:
         likely = f"{moves} (or of motor_torque and {load} both)" if carries else f"motor_torque (or of {moves})"
@@ -119,7 +118,7 @@ def _less_than_carried(fit: Law, load: str, moves: str, where: str, beside: str)
         f"motor_torque is reported too small against {load} (a gain that is off or falls with the load, or a zero that "
         "is off where the motor turns one way; a calibration of both would tell)"
     )
-    if fit.inertia_t > _SURE:
+    if fit.inertia_t > SURE:
         return f"{found}the inertia is positive, so the signs are right and {small}."
     return (
         f"{found}either {small}, or both torques have the wrong sign (scale times -1 of {moves}, or of motor_torque "
@@ -137,6 +136,8 @@ def _origin_of_motion(table: ChannelTable) -> str:
 def _unless(found: Beside, load: str | None) -> str:
     """What else may drive the motor, as half a sentence: a load that no channel holds, or an axis along with it."""
     causes = ["a load that no channel holds drives the motor"] if load is None else []
+    if found.taken:
+        causes.append(f"{_listed(found.taken)} {'is a set value' if len(found.taken) == 1 else 'are set values'} of it")
     if found.along:
         verb = "does, which moves" if len(found.along) == 1 else "do, which move"
         causes.append(f"{_listed(found.along)} {verb} along with it and cannot be told from it")
@@ -157,7 +158,7 @@ def _load_side(values: dict[str, FloatArray], ratio: float, where: str, *, linea
     fit: Law | None = None if averaged is None else law(averaged, "load_torque", "load_motor_torque", linear=linear)
     if fit is None or fit.share < _EXPLAINED or fit.load is None:
         return
-    if fit.load_t < -_SURE:
+    if fit.load_t < -SURE:
         yield (
             f"{where}: channels.load_motor_torque is found {fit.load:.4g} times in load_torque beside what accelerates "
             "the load, it should be 1: likely a wrong sign; scale times -1 of load_motor_torque would be right (it is "
@@ -184,7 +185,7 @@ def gain_note(table: ChannelTable, ratio: float, wanted: Mapping[str, PartMappin
     if not {"motor_angle", "motor_torque", "load_torque"} <= values.keys():
         return None
     found = _law_of_motor(table, values, ratio, "load_torque")
-    if found is None or found.law.share < _EXPLAINED or found.law.load is None or abs(found.law.load_t) < _SURE:
+    if found is None or found.law.share < _EXPLAINED or found.law.load is None or abs(found.law.load_t) < SURE:
         return None
     factor, spread = found.law.load * ratio, found.law.load_spread * abs(ratio)
     beyond = abs(factor - 1.0) - _WITH_CARE * spread > _GAIN

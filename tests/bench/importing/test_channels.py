@@ -263,6 +263,9 @@ def test_fill_values_count_as_missing_and_are_said_to(tmp_path: Path) -> None:
     np.testing.assert_allclose(done.recording.si("load_torque"), load, rtol=1e-12)
     said = "load_torque: 2 of 200 samples are fill values (1e+30 or more in size, such as 9.9e37) and count as missing"
     assert f"{said}, the first in line 9" in done.notes
+    builders.csv(tmp_path / "b.csv", t=_T, q=_T, L=np.full(_T.size, 9.91e37))
+    lost = builders.why(tmp_path, channels.format(', missing = "hold"'), file="b.csv")
+    assert lost.endswith("load_torque holds no number in any sample; leave the channel out of the mapping.")
     found = take_inventory(tmp_path / "a.csv")
     assert found.columns[2].span == (1.0, load[-1])
     assert any("L: 2 of 200 samples are no number" in sentence for sentence in found.missing_samples())

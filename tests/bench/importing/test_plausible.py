@@ -350,3 +350,21 @@ def test_a_load_that_is_found_too_large_or_small_is_noted_with_its_factor(
     assert all(("passes on 6" in note) == (gain > 1.0) for note in said)
     # three times as much cannot be, and is a warning
     assert bool(done.warnings) == (gain > 2.5)
+
+
+@pytest.mark.parametrize("name", ["qr", "q_ref"])
+def test_the_set_value_of_a_controller_is_no_other_axis(tmp_path: Path, name: str) -> None:
+    """Its torque is the difference of both angles less a damping: beside it the friction seems to be negative."""
+    step, count = 0.005, 16_000
+    time = np.arange(count) * step
+    asked = 0.1 * np.sin(0.9 * time) + 0.12 * np.sin(2.3 * time + 1.0) + 0.06 * np.sin(4.1 * time)
+    angle, torque = np.zeros(count), np.zeros(count)
+    q = v = 0.0
+    for i in range(count):
+        torque[i] = 10.0 * (asked[i] - q) - 10.0 * v
+        v += step * (torque[i] - 0.3 * np.tanh(v / 0.05) - 0.1 * v - 2.0 * np.sin(q)) / 0.5
+        q += step * v
+        angle[i] = q
+    noise = np.random.default_rng(9).normal(0.0, 0.02, count)
+    builders.csv(tmp_path / "a.csv", t=time, q=angle, M=torque + noise, p=asked)
+    assert builders.one(tmp_path, _PLAIN, aux=f'{name} = {{variable = "p", unit = "rad"}}').warnings == ()
