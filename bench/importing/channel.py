@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from bench.errors import ConfigurationError, RecordingError
 from bench.importing.channel_mapping import ChannelMapping, PartMapping
 from bench.importing.files import Files
+from bench.importing.fill import filled
 from bench.importing.formats import Source
 from bench.importing.units import PERCENT, Unit, product_unit, quantity, unit_of
 from bench.recording.header import ChannelSpec
@@ -28,11 +29,15 @@ _NEEDED = {
 
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """Raw values (N,) and what they are; ``source`` is the file they stand in."""
+    """Raw values (N,) and what they are; ``source`` is the file they stand in.
+
+    ``filled``: indices in the file of samples that held a fill value; they are NaN here.
+    """
 
     raw: NDArray[Any]
     spec: ChannelSpec
     source: Source
+    filled: tuple[int, ...] = ()
 
     @property
     def si(self) -> NDArray[np.float64]:
@@ -56,6 +61,10 @@ def read_channel(name: str, wanted: ChannelMapping, files: Files, where: str, li
     where : mapping file and key, for the sentence of an error.
     linear : whether it is a linear axis; None: either, whichever its unit is of.
 
+    Returns
+    -------
+    Of one sample where the mapping gives its ``value``.
+
     Raises
     ------
     ConfigurationError, RecordingError
@@ -67,6 +76,11 @@ def read_channel(name: str, wanted: ChannelMapping, files: Files, where: str, li
     units = {channel.spec.unit for channel in read}
     if len(units) > 1:
         raise ConfigurationError(f"{where}.sum: adds {' and '.join(sorted(units))}, its parts should be of one unit.")
+    samples = max(channel.raw.size for channel in read)
+    read = [
+        channel.taken(np.zeros(samples, dtype=np.int64)) if part.value is not None else channel
+        for part, channel in zip(parts, read, strict=True)
+    ]
     sizes = {channel.raw.size for channel in read}
     if len(sizes) > 1:
         listed = ", ".join(f"{part.variable or part.column}: {c.raw.size}" for part, c in zip(parts, read, strict=True))
@@ -76,6 +90,7 @@ def read_channel(name: str, wanted: ChannelMapping, files: Files, where: str, li
     first = read[0]
     if len(read) > 1:
         first = first.with_si(np.sum([channel.si for channel in read], axis=0))
+        first = replace(first, filled=tuple(sorted({index for channel in read for index in channel.filled})))
     origin = " + ".join(channel.spec.origin for channel in read)
     return replace(first, spec=replace(first.spec, description=description, origin=origin))
 
@@ -96,11 +111,13 @@ def read_values(source: Source, part: PartMapping, where: str) -> NDArray[Any]:
 
 def _part(name: str, part: PartMapping, files: Files, where: str, linear: bool | None) -> Channel:
     source = files.source(part.file)
-    raw = read_values(source, part, where)
+    raw = np.array([part.value]) if part.value is not None else read_values(source, part, where)
     if raw.dtype.kind == "M":
         raise ConfigurationError(f"{where}: '{part.variable}' holds dates, only 'time' should.")
+    lost = np.flatnonzero(filled(raw))
     if raw.dtype.kind == "f":
         raw = raw.astype(np.float64)
+        raw[lost] = np.nan
     if part.signed_bits is not None:
         raw = _signed(raw, part.signed_bits, where)
     if part.sign_bit is not None:
@@ -120,9 +137,9 @@ def _part(name: str, part: PartMapping, files: Files, where: str, linear: bool |
         dtype=str(raw.dtype.newbyteorder("=")),
         scale=scale * number * unit.factor,
         offset=offset * number * unit.factor + unit.offset,
-        origin=f"{files.path(part.file).name}/{place}",
+        origin=f"{files.path(part.file).name}/{place}" if part.value is None else f"{part.value:g} {part.unit}",
     )
-    channel = Channel(raw.astype(spec.dtype, copy=False), spec, source)
+    channel = Channel(raw.astype(spec.dtype, copy=False), spec, source, tuple(lost.tolist()))
     for other in part.times:
         by = source.read(other)
         if by.size not in (1, raw.size) or by.dtype.kind not in "iuf":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -29,6 +30,8 @@ class PartMapping(Strict):
     """Row of a matrix variable whose data lie in rows; counted from 1."""
     file: str | None = None
     """Another file it stands in, from the recording's folder; ``*`` is what it was there, ``{stem}`` its stem."""
+    value: float | None = None
+    """A number that stands in no file and holds for the whole recording, such as a weight that was hung on."""
     unit: str = "1"
     scale: float | str = 1.0
     offset: float | str = 0.0
@@ -48,7 +51,11 @@ class PartMapping(Strict):
 
     @property
     def placed(self) -> bool:
-        """Whether it says where it stands."""
+        """Whether it says where it stands, or its value."""
+        return self.value is not None or self._in_file
+
+    @property
+    def _in_file(self) -> bool:
         return self.variable is not None or self.column is not None or self.row is not None
 
     @model_validator(mode="after")
@@ -56,6 +63,21 @@ class PartMapping(Strict):
         if sum(option is not None for option in (self.factor, self.torque_constant, self.counts_per_revolution)) > 1:
             raise ValueError("has more than one of 'factor', 'torque_constant', 'counts_per_revolution'")
         return self
+
+    @model_validator(mode="after")
+    def _value_or_place(self) -> PartMapping:
+        if self.value is not None and (self._in_file or self.file is not None):
+            raise ValueError("has a 'value' and a place in a file, one of them is enough")
+        raw = [key for key in _RAW if getattr(self, key)]
+        if self.value is not None and raw:
+            raise ValueError(f"has a 'value' and '{raw[0]}', which is for what stands in a file; leave it out")
+        if self.value is not None and not isfinite(self.value):
+            raise ValueError("has a 'value' that is no finite number")
+        return self
+
+
+_RAW = ("times", "signed_bits", "sign_bit", "wraps_at", "counts_per_revolution")
+"""keys that say how the samples of a file are read"""
 
 
 class ChannelMapping(PartMapping):
@@ -74,10 +96,14 @@ class ChannelMapping(PartMapping):
 
     @model_validator(mode="after")
     def _has_a_place(self) -> ChannelMapping:
+        if self.value is not None and self.time is not None:
+            raise ValueError("has a 'value' and a 'time' of its own; a value holds for the whole recording")
         if not self.placed and not self.sum and self.rate is None:
-            raise ValueError("needs 'variable' or 'column' (or 'sum', or for time 'rate')")
+            raise ValueError(
+                "needs 'variable' or 'column' (or 'sum', a 'value' that holds throughout, or for time 'rate')"
+            )
         if self.sum and self.placed:
             raise ValueError("has a 'sum' and a place of its own, one of them is enough")
         if any(not part.placed for part in self.sum):
-            raise ValueError("every part of 'sum' needs 'variable' or 'column'")
+            raise ValueError("every part of 'sum' needs 'variable' or 'column', or a 'value'")
         return self

@@ -37,6 +37,10 @@ def read_clock(wanted: ChannelMapping, files: Files, where: str, size: int) -> C
     ConfigurationError, RecordingError
         The mapping or the file is wrong.
     """
+    if wanted.value is not None:
+        raise ConfigurationError(
+            f"{where}.value: a time that is the same throughout is none, variable, column or rate would be right."
+        )
     source = files.source(wanted.file)
     if not wanted.placed and not wanted.sum:
         assert wanted.rate is not None

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from bench.errors import ConfigurationError
+from bench.errors import ConfigurationError, RecordingError
 from bench.importing.channel_mapping import ChannelMapping
 from bench.importing.formats import Source, open_source
 from bench.importing.formats.text_layout import TextOptions
@@ -17,11 +17,15 @@ from bench.names import require_name
 
 @dataclass(slots=True)
 class Files:
-    """The main file of a recording, and those that single channels stand in; ``stars`` what ``*`` stood for."""
+    """The main file of a recording, and those that single channels stand in; ``stars`` what ``*`` stood for.
+
+    ``home`` is the folder that ``recordings.file`` counts from.
+    """
 
     main: Path
     options: TextOptions
     stars: tuple[str, ...] = ()
+    home: Path | None = None
     _open: dict[Path, Source] = field(default_factory=dict)
 
     def path(self, name: str | None) -> Path:
@@ -33,11 +37,34 @@ class Files:
         return self.main.parent / name.replace("{stem}", self.main.stem)
 
     def source(self, name: str | None = None) -> Source:
-        """Open the file of a channel, once."""
+        """Open the file of a channel, once.
+
+        Raises
+        ------
+        RecordingError
+            It is missing, or of a kind that is not known.
+        """
         path = self.path(name)
         if path not in self._open:
+            if not path.exists():
+                raise RecordingError(self._missing(path, name))
             self._open[path] = open_source(path, self.options)
         return self._open[path]
+
+    def _missing(self, path: Path, name: str | None) -> str:
+        """Say what the name of a file that is not there was counted from, and which name would be right."""
+        if name is None:
+            home = f"{(self.home or self.main.parent).resolve()}"
+            return (
+                f"{path}: there is no such file; recordings.file counts from the folder of the mapping, or that of "
+                f"--data: here {home}."
+            )
+        plain = Path(name).name
+        near = f"; did you mean '{plain}'?" if plain != name and (self.main.parent / plain).is_file() else "."
+        return (
+            f"{path}: there is no such file; '{name}', the 'file' of a channel, counts from the folder of the "
+            f"recording's own file {self.main.name}: {self.main.parent.resolve()}{near}"
+        )
 
 
 def found(folder: Path, entry: RecordingMapping) -> list[tuple[Path, tuple[str, ...]]]:
@@ -52,7 +79,10 @@ def found(folder: Path, entry: RecordingMapping) -> list[tuple[Path, tuple[str, 
         return [(folder / entry.file, ())]
     files = sorted(path for path in folder.glob(entry.file) if path.is_file())
     if not files:
-        raise ConfigurationError(f"{folder / entry.file}: no file fits this pattern of recordings.file.")
+        raise ConfigurationError(
+            f"{folder / entry.file}: no file fits this pattern of recordings.file, which counts from "
+            f"{folder.resolve()}."
+        )
     if len(files) > 1 and entry.recording_id is not None:
         raise ConfigurationError(
             f"recordings.recording_id '{entry.recording_id}' would name {len(files)} files of the pattern "

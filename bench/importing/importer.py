@@ -17,8 +17,8 @@ from bench.errors import ConfigurationError, RecordingError
 from bench.importing.cutting import LEAST_REVOLUTIONS, Cut, cut, travelled
 from bench.importing.files import Files, found, ids, refuse_shared
 from bench.importing.mapping import Mapping, RecordingMapping, SegmentMapping, as_utc, load_mapping
-from bench.importing.motor_angle import FROM_OUTPUT, hardly_turns, lost_zero
-from bench.importing.plausible import implausible, misspelt
+from bench.importing.motor_angle import FROM_OUTPUT, SPEED_FROM_OUTPUT, hardly_turns, lost_zero
+from bench.importing.plausible import gain_note, implausible, misspelt
 from bench.importing.provenance import provenance, software
 from bench.importing.steady import steady_stretches
 from bench.importing.table import ChannelTable, read_table
@@ -74,7 +74,7 @@ def import_recordings(
     for entry, files in entries:
         for (file, stars), name in zip(files, ids(files, entry), strict=True):
             try:
-                opened = Files(file, mapping.csv.options(), stars)
+                opened = Files(file, mapping.csv.options(), stars, folder)
                 targets, notes, warnings = _import_one(mapping, text, mapping_path, entry, opened, out / name, mains)
             except RecordingError as error:
                 yield Rejected(file, str(error))
@@ -104,7 +104,8 @@ def _import_one(
     table = read_table(mapping, columns, files, f"{mapping_path}")
     ratio = mapping.gearbox.ratio
     lost = lost_zero(table.channels, columns, ratio) if len(set(mains)) > 1 else None
-    table.notes += [note for note in (lost, hardly_turns(table.channels, ratio)) if note is not None]
+    remarks = (lost, hardly_turns(table.channels, ratio), gain_note(table, ratio, columns))
+    table.notes += [note for note in remarks if note is not None]
     segments = [
         _segment(segment, table.time, files.main)
         for segment in (entry.segments if entry.segments is not None else mapping.segments)
@@ -168,9 +169,9 @@ def _write(
         for segment in segments
         if segment.start < rows.stop and segment.stop > rows.start
     ]
+    expected = (_OF_FILE, _FOUND_STEADY, FROM_OUTPUT, SPEED_FROM_OUTPUT)
     events = [
-        Event(0.0, "info" if note.startswith((_OF_FILE, _FOUND_STEADY, FROM_OUTPUT)) else "warning", note)
-        for note in (*table.notes, *warnings)
+        Event(0.0, "info" if note.startswith(expected) else "warning", note) for note in (*table.notes, *warnings)
     ]
     write_recording(target, header, channels, inside, events)
 

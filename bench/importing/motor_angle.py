@@ -14,8 +14,8 @@ from bench.signals import BY_NAME
 
 INTEGRAL = "integral of "
 """begins the origin of an angle that is the integral of a speed"""
-OF_OUTPUT = ", the angle of the output, times gearbox.ratio "
-"""stands in the origin of an angle that is the output's, times the ratio"""
+OF_OUTPUT = " of the output, times gearbox.ratio "
+"""stands in the origin of an angle or a speed that is the output's, times the ratio"""
 _GEARED = 10.0
 """Gear ratio from which a motor that turns less than once moves the output by less than a tenth of a revolution: few
 machines are measured so."""
@@ -23,28 +23,36 @@ _WHOLE = 1e-6
 """how near to whole turns of the output a motor's angle starts again for its position to stay known (rounding)"""
 FROM_OUTPUT = "the motor's angle was not measured"
 """begins the note of an angle that is the output's, times the ratio"""
+SPEED_FROM_OUTPUT = "the motor's speed was not measured"
+"""begins the note of a speed that is"""
 
 
 def add_motor_angle(channels: dict[str, Channel], notes: list[str], *, ratio: float, linear: bool) -> None:
     """Make ``motor_angle`` of what was measured, and note it: of the output's angle if the motor's torque is there,
-    else of the motor's speed.
+    else of the motor's speed, which may be the output's times the ratio too.
     """
     if "motor_angle" in channels:
         return
     if {"load_angle", "motor_torque"} <= channels.keys():
-        # it takes the output's place: the difference of both would be zero, which nobody measured
-        output = channels.pop("load_angle")
-        origin = f"{output.spec.origin}{OF_OUTPUT}{ratio:g}"
-        channels["motor_angle"] = _channel(ratio * output.si, origin, output, linear=linear)
+        channels["motor_angle"] = _of_output(channels, "angle", ratio, linear=linear)
         notes.append(
             f"{FROM_OUTPUT}: motor_angle is load_angle times gearbox.ratio {ratio:g}, so there is "
             "no load_angle beside it"
         )
-    elif "motor_velocity" in channels and "load_angle" not in channels:
+        return
+    if {"load_velocity", "motor_torque"} <= channels.keys() and not {"motor_velocity", "load_angle"} & channels.keys():
+        channels["motor_velocity"] = _of_output(channels, "velocity", ratio, linear=linear)
+        notes.append(
+            f"{SPEED_FROM_OUTPUT}: motor_velocity is load_velocity times gearbox.ratio {ratio:g}, so there is "
+            "no load_velocity beside it"
+        )
+    if "motor_velocity" in channels and "load_angle" not in channels:
         speed = channels["motor_velocity"]
         step = np.diff(channels["time"].si)
         angle = np.concatenate(([0.0], np.cumsum(0.5 * (speed.si[1:] + speed.si[:-1]) * step)))
-        channels["motor_angle"] = _channel(angle, f"{INTEGRAL}{speed.spec.origin}, from 0", speed, linear=linear)
+        channels["motor_angle"] = _channel(
+            "motor_angle", angle, f"{INTEGRAL}{speed.spec.origin}, from 0", speed, linear=linear
+        )
         notes.append(
             "motor_angle is the integral of motor_velocity: it has no zero of its own and drifts with that of the "
             "velocity"
@@ -86,8 +94,17 @@ def hardly_turns(channels: Mapping[str, Channel], ratio: float) -> str | None:
     )
 
 
-def _channel(values: NDArray[np.float64], origin: str, measured: Channel, *, linear: bool) -> Channel:
-    signal = BY_NAME["motor_angle"]
+def _of_output(channels: dict[str, Channel], quantity: str, ratio: float, *, linear: bool) -> Channel:
+    """The motor's angle or velocity from the output's, which is taken out of the channels: the difference of both would
+    be zero, which nobody measured.
+    """
+    output = channels.pop(f"load_{quantity}")
+    origin = f"{output.spec.origin}, the {quantity}{OF_OUTPUT}{ratio:g}"
+    return _channel(f"motor_{quantity}", ratio * output.si, origin, output, linear=linear)
+
+
+def _channel(name: str, values: NDArray[np.float64], origin: str, measured: Channel, *, linear: bool) -> Channel:
+    signal = BY_NAME[name]
     unit = LINEAR[signal.unit] if linear else signal.unit
-    spec = ChannelSpec("motor_angle", unit, description=signal.description, origin=origin)
+    spec = ChannelSpec(name, unit, description=signal.description, origin=origin)
     return Channel(values, spec, measured.source)

@@ -18,6 +18,7 @@ from bench.importing.channel import LINEAR, Channel, fill_missing, read_channel
 from bench.importing.channel_mapping import ChannelMapping
 from bench.importing.clock import read_clock
 from bench.importing.files import Files
+from bench.importing.fill import LEAST_FILL, fill_note
 from bench.importing.mapping import Mapping
 from bench.importing.motor_angle import add_motor_angle
 from bench.importing.stamps import (
@@ -76,13 +77,21 @@ def read_table(mapping: Mapping, wanted: Table[str, ChannelMapping], files: File
     ]
     keys = {name: f"{where}: {_key(name)}" for name in wanted}
     others = {name: entry for name, entry in wanted.items() if name != "time"}
-    read = {
-        name: fill_missing(read_channel(name, entry, files, keys[name], linear), entry.missing)
-        for name, entry in others.items()
-    }
-    size = next(channel.raw.size for channel in read.values())
+    as_read = {name: read_channel(name, entry, files, keys[name], linear) for name, entry in others.items()}
+    read = {name: fill_missing(channel, others[name].missing) for name, channel in as_read.items()}
+    sizes = [channel.raw.size for name, channel in read.items() if not _constant(others[name])]
+    if not sizes:
+        raise ConfigurationError(f"{where}: every channel has a 'value', one besides the time should stand in a file.")
+    size = sizes[0]
+    for name in (name for name in read if _constant(others[name])):
+        read[name] = read[name].taken(np.zeros(size, dtype=np.int64))
     clock = read_clock(wanted["time"], files, keys["time"], size)
     table = ChannelTable({}, clock.started_at, _is_linear(read, wanted, where, linear), list(clock.notes))
+    table.notes += [
+        fill_note(name, channel.filled, channel.raw.size, channel.source.location(channel.filled[0]))
+        for name, channel in as_read.items()
+        if channel.filled
+    ]
     table.channels["time"] = clock.channel
     own_clocks = {name: entry for name, entry in others.items() if entry.time is not None}
     table.channels.update({name: channel for name, channel in read.items() if name not in own_clocks})
@@ -94,6 +103,11 @@ def read_table(mapping: Mapping, wanted: Table[str, ChannelMapping], files: File
     _from_zero(table)
     add_motor_angle(table.channels, table.notes, ratio=mapping.gearbox.ratio, linear=table.linear)
     return table
+
+
+def _constant(wanted: ChannelMapping) -> bool:
+    """Whether nothing of a channel stands in a file."""
+    return all(part.value is not None for part in wanted.sum or (wanted,))
 
 
 def _key(name: str) -> str:
@@ -142,10 +156,13 @@ def _check_rows(table: ChannelTable, invalid_rows: str, file: Path) -> None:
     good = np.ones(table.size, dtype=bool)
     for name, channel in table.channels.items():
         finite = np.isfinite(channel.raw)
+        if not finite.any():
+            raise RecordingError(f"{file}: {name} holds no number in any sample; leave the channel out of the mapping.")
         if invalid_rows == "refuse" and not finite.all():
             index = int(np.argmin(finite))
+            value = f"a fill value ({LEAST_FILL:g} or more)" if index in channel.filled else channel.raw[index]
             raise RecordingError(
-                f"{file}: {name} is {channel.raw[index]} in {channel.source.location(index)}, every sample should be a "
+                f"{file}: {name} is {value} in {channel.source.location(index)}, every sample should be a "
                 f"number; missing = 'hold' or 'interpolate' of the channel fills it, invalid_rows = 'drop' "
                 "leaves it out."
             )

@@ -162,7 +162,9 @@ def unit_of(name: str, where: str, like: str | None = None) -> Unit:
         )
     target = _target(name, unit, like)
     if target is None:
-        raise ConfigurationError(f"{where}: unit '{name}' should be one that becomes '{like}'.")
+        meant = _meant(name, like)
+        near = f"; did you mean '{meant}'?" if meant else "."
+        raise ConfigurationError(f"{where}: unit '{name}' should be one that becomes '{like}'{near}")
     registry = _registry()
     # a rate of 1/s or Hz that is meant as a speed counts revolutions
     turning = like == "rad/s" and str(registry.get_base_units(unit)[1]) == "1 / second"
@@ -170,6 +172,13 @@ def unit_of(name: str, where: str, like: str | None = None) -> Unit:
     zero = float(registry.Quantity(0.0, unit).to(target).magnitude)
     one = float(registry.Quantity(1.0, unit).to(target).magnitude)
     return Unit(_SHOWN.get(target, target).replace("**2", "²").replace("**3", "³").replace("*", "·"), one - zero, zero)
+
+
+def _meant(name: str, like: str | None) -> str:
+    """A rate that was written as a product (``rad.s`` for rad/s), where it makes the unit that is wanted; or empty."""
+    rate = re.sub(r"^(\w+)[.*·](s|sec|min)$", r"\1/\2", name.strip())
+    unit = _parse_unit(rate) if rate != name.strip() else None
+    return rate if unit is not None and _target(rate, unit, like) is not None else ""
 
 
 def si_of(name: str) -> str:

@@ -16,6 +16,8 @@ from bench.importing.formats.text_layout import TextOptions, find_layout, is_num
 from bench.importing.formats.text_stamps import has_zone, is_stamp, is_time_of_day, parse_stamps, seconds_of_day
 
 _ENCODINGS = ("utf-8-sig", "cp1252")
+_SHOWN = 60
+"""marks of a line that a message repeats"""
 _UTF16 = (b"\xff\xfe", b"\xfe\xff")
 
 
@@ -111,8 +113,25 @@ class TextSource:
                 low_memory=False,
             )
         except (ValueError, pandas.errors.ParserError) as error:
-            raise RecordingError(f"{self._path}: is not a table of {layout.width} columns ({error}).") from error
+            raise RecordingError(f"{self._path}: {self._wider(data) or _first_line(error)}.") from error
         return [_plain(frame[index]) for index in frame.columns]
+
+    def _wider(self, data: list[tuple[int, str]]) -> str:
+        """Name the first line that has more columns than the table, what stands there, and what would pass over it;
+        empty where there is none.
+        """
+        width = self.layout.width
+        for number, text in data:
+            fields = split(text, self.layout.delimiter)
+            if len(fields) > width:
+                shown = text.strip() if len(text.strip()) <= _SHOWN else f"{text.strip()[:_SHOWN]}…"
+                word = "" if is_number(fields[0], self.layout.decimal) else fields[0].split()[0]
+                right = f"; [csv] comment = '{word}' passes over lines that begin so" if word else ""
+                return (
+                    f"is not a table of {width} columns: line {number} has {len(fields)} of them ('{shown}'), it should"
+                    f" have {width}{right}"
+                )
+        return ""
 
     def _transposed(self, data: list[tuple[int, str]]) -> list[NDArray[Any]]:
         columns = []
@@ -125,6 +144,11 @@ class TextSource:
             except ValueError as error:
                 raise RecordingError(f"{self._path}: line {number} is not numeric ({error}).") from error
         return columns
+
+
+def _first_line(error: Exception) -> str:
+    """An error of the parser in one line."""
+    return f"is not a table of numbers ({' '.join(str(error).split())})"
 
 
 def layout_named(names: tuple[str, ...]) -> bool:

@@ -62,6 +62,10 @@ def draft(found: Inventory, mapping: Path) -> Draft:
             rest.append(column)
         else:
             taken[name] = column
+    if {"motor_angle", "motor_velocity"} <= taken.keys() and motion.against(
+        taken["motor_angle"], taken["motor_velocity"]
+    ):
+        rest.append(taken.pop("motor_angle"))
     if {"motor_angle", "motor_velocity"} <= taken.keys():
         slower = motion.of_output(taken["motor_angle"], taken["motor_velocity"])
         name = "motor_angle" if slower is taken["motor_angle"] else "motor_velocity"

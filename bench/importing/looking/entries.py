@@ -12,7 +12,8 @@ from bench.importing.looking.column import Column
 from bench.importing.mapping import OPEN
 
 NEEDED = {
-    "the motor's angle or speed": ("motor_angle", "motor_velocity"),
+    # with the torque, the output's angle or speed times the ratio stands for the motor's
+    "the motor's angle or speed": ("motor_angle", "motor_velocity", "load_angle", "load_velocity"),
     "the motor's torque, force or current": ("motor_torque",),
 }
 """what the analysis needs at least, and the channels of which one says it"""

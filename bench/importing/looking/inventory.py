@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 from bench.errors import RecordingError
 from bench.importing.formats import Source, Variable, open_source
 from bench.importing.formats.text_layout import TextOptions
-from bench.importing.looking.column import Column
-from bench.importing.looking.several import a_file_each, a_file_for_each_channel
+from bench.importing.looking.column import Column, columns_of, lines_of
+from bench.importing.looking.several import a_file_each, a_file_for_each_channel, a_matrix_each
 
-_MOST_COLUMNS = 40
 _BLOCKS = "▁▂▃▄▅▆▇█"
 PICTURE_WIDTH = 24
 
@@ -57,7 +56,7 @@ class Inventory:
         """A sentence for each column, empty ones apart, in which samples are no number: how many, and the first."""
         return [
             f"{column.name}: {lost.size} of {column.values.size} samples {'is' if lost.size == 1 else 'are'} no number "
-            f"(NaN, inf or empty), the first in {self.location(column, int(lost[0]))}"
+            f"(NaN, inf, empty or a fill value), the first in {self.location(column, int(lost[0]))}"
             for column in self.columns
             if not column.empty
             for lost in [column.missing]
@@ -81,7 +80,7 @@ def take_inventory(file: str | Path, options: TextOptions | None = None) -> Inve
             raise RecordingError(f"{pattern}: no file fits this pattern, it should name at least one.")
         path = Path(fitting[0])
         files = [Path(file) for file in fitting]
-        alone = a_file_each(files, options)
+        alone = a_file_each(files, options) or a_matrix_each(files, options)
         together = (alone, ()) if alone else a_file_for_each_channel(files, options)
         if together[0]:
             return Inventory(path, str(path), open_source(path, options), together[0], {}, together[1])
@@ -92,35 +91,18 @@ def take_inventory(file: str | Path, options: TextOptions | None = None) -> Inve
     others: list[tuple[Variable, str]] = []
     for variable in source.variables():
         try:
-            if _lines(variable) is None:
+            if lines_of(variable) is None:
                 others.append((variable, f"{len(variable.shape)} dimensions"))
             elif int(np.prod(variable.shape)) == 1:
                 constants[variable.name] = float(source.read(variable.name)[0])
             else:
-                columns += _columns(source, variable)
+                columns += columns_of(source, variable)
         except RecordingError as error:
             others.append((variable, str(error)))
     if not columns:
         why = next((reason for variable, reason in others if not variable.shape), None)
         raise RecordingError(why or f"{path}: holds no variable with more than one number, there should be samples.")
     return Inventory(path, pattern, source, tuple(columns), constants, tuple(others), unseen)
-
-
-def _lines(variable: Variable) -> int | None:
-    """How many lines of samples a variable has; None where it is no matrix of few."""
-    sides = [side for side in variable.shape if side != 1]
-    if len(sides) <= 1:
-        return 1
-    return min(sides) if len(variable.shape) == 2 and min(sides) <= _MOST_COLUMNS else None
-
-
-def _columns(source: Source, variable: Variable) -> list[Column]:
-    count = _lines(variable) or 1
-    if count == 1:
-        return [Column(variable, source.read(variable.name))]
-    if variable.shape[0] >= variable.shape[1]:
-        return [Column(variable, source.read(variable.name, column=k), k) for k in range(1, count + 1)]
-    return [Column(variable, source.read(variable.name, row=k), k, "row") for k in range(1, count + 1)]
 
 
 def picture(values: NDArray[np.float64], width: int = PICTURE_WIDTH) -> str:

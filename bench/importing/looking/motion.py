@@ -14,6 +14,8 @@ from bench.importing.units import si_of, unit_of
 
 _SAME_SIDE = 1.1
 """how much faster a speed may be than the rate of an angle for both to be of one shaft"""
+_ONE_WAY = 0.5
+"""Mean sign of what an angle moves, below which it goes to and fro: a quarter of it goes against the rest."""
 _TOGETHER, _APART = 0.95, 0.5
 """correlations of what two angles move in a stretch: above the first they turn together, below the second not"""
 
@@ -81,6 +83,22 @@ class Motion:
             return None
         per_radian = ratio_of(values_of(angle, self.meanings[angle.name]), run)
         return None if per_radian is None else abs(per_radian) * 2 * np.pi
+
+    def against(self, angle: Column, velocity: Column) -> bool:
+        """Whether a speed keeps one sign and an angle goes to and fro all the same: they are of no shaft, whatever the
+        clock. A phase angle of a power analyser is one such, beside the speed of the motor.
+
+        It is asked of single steps, of which an angle that starts again spoils few, and of stretches, of which noise
+        does not.
+        """
+        if (self.meanings[angle.name].quantity, self.meanings[velocity.name].quantity) != ("angle", "velocity"):
+            return False
+        speeds = velocity.seconds[np.isfinite(velocity.seconds)]
+        angles = angle.seconds[np.isfinite(angle.seconds)]
+        if not speeds.size or angles.size <= 2 * STRETCH or float(np.min(speeds)) <= 0.0 <= float(np.max(speeds)):
+            return False
+        moved = [angles[span:] - angles[:-span] for span in (1, STRETCH)]
+        return all(abs(float(np.mean(np.sign(way[way != 0.0])))) < _ONE_WAY for way in moved if np.any(way))
 
     def strangers(self, columns: Iterable[Column]) -> set[str]:
         """Names of angles that turn by themselves where another one turns with the speed: another joint's, say."""

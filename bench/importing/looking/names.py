@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from bench.errors import ConfigurationError
 from bench.importing.looking.column import Column
-from bench.importing.looking.words import quantity_of
+from bench.importing.looking.words import SET_VALUE, quantity_of
 from bench.importing.units import PERCENT, split_unit, unit_of
 
 _BY_UNIT = {
@@ -19,9 +19,6 @@ _COUNTED = re.compile(r"count|inc|tick|cts|cnt")
 _ENCODER = re.compile(r"enc")
 COUNTS = 1000.0
 """least range of whole numbers that are taken for counts: an encoder has more of them, whole degrees are fewer"""
-_SETPOINT = re.compile(
-    r"set|ref(?!er)|cmd|command|soll|desired|_des\d*$|target|goal|^control_(pos|ang|vel|speed)|^qg$|demand"
-)
 _MEASURED = re.compile(r"meas|actual|_act\d*$|feedback|_fb\d*$|^ist_|_ist\d*$")
 _HUMP = re.compile(r"(?<=[a-z])(?=[A-Z])")
 _LOAD = re.compile(
@@ -81,7 +78,7 @@ def meaning(column: Column) -> Meaning:
         quantity,
         unit,
         bool(_LOAD.search(name)),
-        bool(_SETPOINT.search(name) or _SETPOINT.search(words)),
+        bool(SET_VALUE.search(name) or SET_VALUE.search(words)),
         bool(_AMBIENT.search(name)),
         bool(_BRAKE.search(name)),
         counted,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
@@ -12,7 +13,7 @@ import numpy as np
 from bench.errors import RecordingError
 from bench.importing.formats import Variable, open_source
 from bench.importing.formats.text_layout import TextOptions
-from bench.importing.looking.column import NAMELESS, Column
+from bench.importing.looking.column import NAMELESS, Column, columns_of, lines_of
 from bench.importing.looking.words import quantity_of
 
 
@@ -75,6 +76,61 @@ def a_file_for_each_channel(
             except RecordingError as error:
                 others.append((variable, str(error)))
     return tuple(columns), tuple(others)
+
+
+def a_matrix_each(files: Sequence[Path], options: TextOptions | None) -> tuple[Column, ...]:
+    """The columns of files that hold the same columns (or one matrix, called alike), each of another quantity, which
+    the name of the file says and theirs do not: a column for each joint, say. None where they are other files.
+
+    A column that is the same in all files, as a clock is, is shown once.
+    """
+    if len(files) < 2 or not _of_different_quantities([path.stem for path in files]):
+        return ()
+    sources = {path: open_source(path, options) for path in files}
+    held = [source.variables() for source in sources.values()]
+    names = [[variable.name for variable in variables] for variables in held]
+    if any(other != names[0] for other in names) or any(name.startswith(NAMELESS) for name in names[0]):
+        return ()
+    said = {quantity_of(name.lower()) for name in names[0]}
+    if said - {"", "time"} or not all(lines_of(own) and np.prod(own.shape) > 1 for own in held[0]):
+        return ()
+    first: list[Column] = []
+    columns: list[Column] = []
+    for path, source in sources.items():
+        try:
+            own = [column for variable in source.variables() for column in columns_of(source, variable)]
+        except RecordingError:
+            return ()
+        first = first or own
+        if len(own) != len(first) or {column.values.size for column in own} != {first[0].values.size}:
+            return ()
+        for column, alike in zip(own, first, strict=True):
+            if path == files[0]:
+                columns.append(_titled(column, path, ""))
+            elif not np.array_equal(column.values, alike.values):
+                columns.append(_titled(column, path, path.name))
+    return tuple(columns)
+
+
+def _titled(column: Column, path: Path, file: str) -> Column:
+    """A column with the name of its file before its own, but for a clock."""
+    inside = column.variable.name
+    if quantity_of(inside.lower()) == "time":
+        return replace(column, file=file)
+    named = f"{path.stem} {inside}" if column.number is None else path.stem
+    return replace(column, variable=replace(column.variable, name=named), file=file, inside=inside)
+
+
+def _of_different_quantities(stems: Sequence[str]) -> bool:
+    """Whether the names of files are of a quantity each and of no two the same; one of them may be of none known, as a
+    ``joint`` beside a ``torque``, where the names differ in one word.
+    """
+    quantities = [quantity_of(stem.lower()) for stem in stems]
+    if len(set(quantities)) < len(quantities):
+        return False
+    words = [re.split(r"[_\- .]", stem) for stem in stems]
+    alike = len({len(split) for split in words}) == 1
+    return "" not in quantities or (alike and sum(len(set(place)) > 1 for place in zip(*words, strict=True)) == 1)
 
 
 def _differ(held: Sequence[Sequence[Variable]]) -> bool:

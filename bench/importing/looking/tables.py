@@ -20,8 +20,8 @@ def place_of(column: Column) -> dict[str, Entry]:
     headed = not column.variable.name.startswith((NAMELESS, "row "))
     if column.file and not column.headed:
         return {"file": Entry(column.file), "column": Entry(column.number or 1)}
-    if headed:
-        entries["variable"] = Entry(column.variable.name)
+    if column.inside or headed:
+        entries["variable"] = Entry(column.inside or column.variable.name)
     else:
         entries["column"] = Entry(int(column.variable.name.split()[1]))
     if column.number is not None:

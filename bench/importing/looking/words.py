@@ -17,6 +17,11 @@ _QUANTITIES: tuple[tuple[str, str], ...] = (
 )
 """Quantities by what their names look like, the likelier first. A "current position" is the present one."""
 
+SET_VALUE = re.compile(
+    r"set|ref(?!er)|cmd|command|soll|desired|_des\d*$|target|goal|^control_(pos|ang|vel|speed)|^qg$|demand"
+)
+"""in the name, in small letters, of what was asked for and not measured"""
+
 
 def quantity_of(name: str) -> str:
     """The quantity that a name in small letters, with ``_`` between its words, seems to be of; empty where none."""

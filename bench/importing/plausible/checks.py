@@ -12,15 +12,14 @@ from numpy.typing import NDArray
 from bench.importing.channel_mapping import PartMapping
 from bench.importing.motor_angle import INTEGRAL
 from bench.importing.plausible.factors import CLOSE, named, reason
-from bench.importing.plausible.motion import POSITION, Blocks, Law, blocks, law
+from bench.importing.plausible.motion import blocks
+from bench.importing.plausible.torques import torques
 from bench.importing.table import ChannelTable
 from bench.signals import BY_NAME
 
 FloatArray = NDArray[np.float64]
-_SURE = 5.0
 _ALIKE = 0.85
 """how much of two names is alike (:mod:`difflib`) where one is taken for a misspelling of the other"""
-_EXPLAINED = 0.2
 _TOGETHER = 0.9
 _SPEEDS = 0.05
 _ANGLES = 0.005
@@ -43,9 +42,7 @@ def implausible(
     found += _temperatures(values, where)
     if not table.linear:
         found += _too_fast(values, where)
-    current = "motor_torque" in wanted and wanted["motor_torque"].torque_constant is not None
-    found += _torques(values, ratio, where, linear=table.linear, current=current)
-    return found
+    return found + torques(table, ratio, where, wanted)
 
 
 def _counts(wanted: Mapping[str, PartMapping], name: str) -> float | None:
@@ -145,93 +142,3 @@ def _too_fast(values: dict[str, FloatArray], where: str) -> Iterator[str]:
             f"{where}: channels.motor_angle turns at {fastest:.4g} rad/s ({fastest * 30 / np.pi:.4g} rpm), "
             "faster than motors do; a unit such as 'deg', or another unit of channels.time, would be right."
         )
-
-
-def _torques(values: dict[str, FloatArray], ratio: float, where: str, *, linear: bool, current: bool) -> Iterator[str]:
-    """Inertia is positive, and friction takes power."""
-    if "motor_angle" not in values:
-        return
-    if "motor_torque" in values:
-        sentences = list(_motor_side(values, ratio, where, linear=linear, current=current))
-        yield from sentences
-        if any("channels.load_torque" in sentence for sentence in sentences):
-            return  # the load motor's torque is compared with the load torque, which is wrong itself
-    yield from _load_side(values, ratio, where, linear=linear)
-
-
-def _averaged(
-    values: dict[str, FloatArray], ratio: float, *names: str | None, positioned: bool = True
-) -> Blocks | None:
-    """Blocks of the motor's motion and of the channels named, with the output's position where that is wanted."""
-    wanted = {name: values[name] for name in names if name is not None}
-    if positioned:
-        wanted[POSITION] = values["load_angle"] if "load_angle" in values else values["motor_angle"] / ratio
-    return blocks(values["time"], values["motor_angle"], wanted)
-
-
-def _motor_side(
-    values: dict[str, FloatArray], ratio: float, where: str, *, linear: bool, current: bool
-) -> Iterator[str]:
-    """The motor's torque accelerates it, turns it against friction, and carries the load."""
-    load = next((name for name in ("load_torque", "load_motor_torque") if name in values), None)
-    # what acts behind a torque sensor is in its reading
-    averaged = _averaged(values, ratio, "motor_torque", load, positioned=load != "load_torque")
-    fit: Law | None = None if averaged is None else law(averaged, "motor_torque", load, linear=linear)
-    if fit is None or fit.share < _EXPLAINED:
-        return
-    unit = "kg" if linear else "kg·m²"
-    driven = "" if load is not None else ", unless a load that no channel holds drives the motor"
-    if load == "load_torque" and fit.load is not None and abs(fit.load_t) > _SURE:
-        yield from _load(fit.load * ratio, ratio, where, current=current)
-        if fit.load * ratio < 0:
-            return
-    negative_inertia, negative_loss = fit.inertia_t < -_SURE, fit.loss_t < -_SURE
-    if negative_inertia and fit.loss < 0.0:
-        yield (
-            f"{where}: channels.motor_torque gives a negative inertia ({fit.inertia:.4g} {unit}) and "
-            f"friction that takes {fit.loss:.4g} W, both should be positive{driven}: likely a wrong sign; scale "
-            "times -1 of motor_torque (or of motor_angle) would be right."
-        )
-    elif negative_inertia:
-        over = (
-            "" if load == "load_torque" else "a force over the position that is no sine of it (a spring, a balancer), "
-        )
-        yield (
-            f"{where}: channels.motor_torque gives a negative inertia ({fit.inertia:.4g} {unit}) though "
-            f"friction takes power: likely {over}friction that yields before it slides, or a torque that lags behind "
-            "motor_angle; of these only the last is a fault of the data, the same filter and clock for both would be "
-            "right."
-        )
-    elif negative_loss:
-        likely = "motor_torque" if load is None else f"motor_torque or of {load}"
-        yield (
-            f"{where}: channels.motor_torque gives friction that takes {fit.loss:.4g} W, which should be "
-            f"positive{driven}: likely a wrong sign; scale times -1 of {likely} would be right."
-        )
-
-
-def _load_side(values: dict[str, FloatArray], ratio: float, where: str, *, linear: bool) -> Iterator[str]:
-    """What the load torque has beside the load motor's accelerates the load: both have the same sign."""
-    if not {"load_torque", "load_motor_torque"} <= values.keys():
-        return
-    averaged = _averaged(values, ratio, "load_torque", "load_motor_torque")
-    fit = None if averaged is None else law(averaged, "load_torque", "load_motor_torque", linear=linear)
-    if fit is None or fit.share < _EXPLAINED or fit.load is None:
-        return
-    if fit.load_t < -_SURE:
-        yield (
-            f"{where}: channels.load_motor_torque is found {fit.load:.4g} times in load_torque beside what accelerates "
-            "the load, it should be 1: likely a wrong sign; scale times -1 of load_motor_torque would be right (it is "
-            "positive where it opposes motion towards positive angles)."
-        )
-
-
-def _load(factor: float, ratio: float, where: str, *, current: bool) -> Iterator[str]:
-    """The motor carries the load: over the ratio, and with the same sign."""
-    if factor > 0 and 0.4 < factor < 2.5:
-        return  # efficiency, and a load that comes with the speed
-    constant = f", or torque_constant times {1.0 / factor:.4g} of motor_torque" if current else ""
-    yield (
-        f"{where}: channels.load_torque over gearbox.ratio is found {factor:.4g} times in motor_torque, "
-        f"it should be 1: {reason(1.0 / factor, ratio)} of load_torque{constant}."
-    )

@@ -20,7 +20,7 @@ from bench.mismatch.recordings.pieces import Piece, pieces
 from bench.mismatch.recordings.prepared import Folder, prepare
 from bench.mismatch.recordings.rows import join
 from bench.mismatch.recordings.source import Paths, folders_of, gathered, names_of, of_one_campaign
-from bench.mismatch.recordings.split import point_of, split, split_blocks
+from bench.mismatch.recordings.split import load_step, none_spared, point_of, split, split_blocks
 from bench.recording import Recording
 
 Progress = Callable[[str, float], None]
@@ -55,6 +55,9 @@ def load(path: Paths, progress: Progress | None = None, jobs: int = 1, base: Bas
     if note:
         held, fold = split_blocks(parts)
     notes = [note] if note else []
+    if not any(held):
+        notes.append(none_spared(usable))
+    step = load_step(usable)
     comparable = Comparable.of(usable, notes)
     if all(is_linear(r) for r in usable):
         notes.append("a linear axis: metres and newtons")
@@ -80,7 +83,7 @@ def load(path: Paths, progress: Progress | None = None, jobs: int = 1, base: Bas
         data.simulated = read.simulated
         for number, part in task.pieces:
             title = called[str(recording.path)] + part.name.removeprefix(recording.recording_id)
-            data.members.append(Member(number, recording, point_of(recording), held[number], fold[number], title))
+            data.members.append(Member(number, recording, point_of(recording, step), held[number], fold[number], title))
         notes += [
             f"{recording.recording_id}: {name} stays at one value while the other encoder turns, {share:.2g} of the"
             " samples: not compared there"

@@ -15,22 +15,57 @@ HELD_OUT_SHARE = 0.2
 FEWEST_OF_A_KIND = 6
 """kinds with fewer recordings (heatings, reversals, ramps) all train: each of them is too telling to be spared"""
 HELD_OUT_BESIDE_VALIDATION = 0.1
+COARSEST_LOAD = 1.0
+"""N·m (N) within which two load torques are one operating point, on a bench of hundreds of them"""
+FINEST_SHARE = 0.01
+"""the same as a share of the largest load, where that is less"""
+FEWEST_POINTS = 3
+"""operating points of a kind from which one can be spared"""
 _Point = tuple[str, float, float, float, int]
 """a point, and the number of the recording where that is a point by itself, else ``REPEATED``"""
 REPEATED = -1
 
 
-def point_of(recording: Recording) -> Point:
-    """The operating point of a recording: kind, load torque, velocity and temperature, rounded."""
+def load_step(recordings: Sequence[Recording]) -> float:
+    """N·m (N) within which two load torques are one operating point: a whole one, and a hundredth of the largest load
+    where that is less, as a small servo's are.
+    """
+    loads = [abs(r.setpoint.load_torque) for r in recordings if np.isfinite(r.setpoint.load_torque)]
+    largest = max(loads, default=0.0)
+    return min(COARSEST_LOAD, FINEST_SHARE * largest) if largest > 0.0 else COARSEST_LOAD
+
+
+def point_of(recording: Recording, step: float) -> Point:
+    """The operating point of a recording: kind, load torque within ``step``, velocity and temperature, rounded."""
     setpoint = recording.setpoint
     clean = [v if np.isfinite(v) else 0.0 for v in (setpoint.load_torque, setpoint.velocity, setpoint.temperature)]
-    return recording.kind, round(clean[0], 0), round(clean[1], 4), round(clean[2] / 4.0)
+    return recording.kind, round(clean[0] / step) * step, round(clean[1], 4), round(clean[2] / 4.0)
 
 
 def _named(recording: Recording) -> bool:
     """Whether a recording says what it was set to."""
     setpoint = recording.setpoint
     return any(np.isfinite(v) for v in (setpoint.load_torque, setpoint.velocity, setpoint.temperature))
+
+
+def _points(recordings: Sequence[Recording]) -> list[_Point]:
+    step = load_step(recordings)
+    return [(*point_of(r, step), REPEATED if _named(r) else number) for number, r in enumerate(recordings)]
+
+
+def none_spared(recordings: Sequence[Recording]) -> str:
+    """Say why no recording is held out, where :func:`split` holds none."""
+    points = _points(recordings)
+    kinds = {kind: {p for p in points if p[0] == kind} for kind in dict.fromkeys(p[0] for p in points)}
+    listed = ", ".join(
+        f"{sum(p[0] == kind for p in points)} recordings of kind '{kind}' at {len(members)} operating"
+        f" point{'s' if len(members) > 1 else ''}"
+        for kind, members in kinds.items()
+    )
+    return (
+        f"nothing could be held out: {listed}; it takes {FEWEST_OF_A_KIND} recordings of a kind at {FEWEST_POINTS}"
+        " points, and recordings of one setpoint are one point (without a setpoint each is one by itself)"
+    )
 
 
 def split(recordings: Sequence[Recording]) -> tuple[list[bool], list[int]]:
@@ -41,7 +76,7 @@ def split(recordings: Sequence[Recording]) -> tuple[list[bool], list[int]]:
     that the others spare best, and none of a kind that has fewer than six recordings. A recording that names no
     setpoint (most imported ones) is a point by itself: nothing says that it repeats another.
     """
-    points = [(*point_of(r), REPEATED if _named(r) else number) for number, r in enumerate(recordings)]
+    points = _points(recordings)
     held: list[bool] = [r.kind == "validation" for r in recordings]
     validation = sum(held)
     if all(held):
@@ -53,7 +88,7 @@ def split(recordings: Sequence[Recording]) -> tuple[list[bool], list[int]]:
     chosen: set[_Point] = set()
     for kind, members in kinds.items():
         count = sum(1 for i, p in enumerate(points) if p[0] == kind and not held[i])
-        if count < FEWEST_OF_A_KIND or len(members) < 3:
+        if count < FEWEST_OF_A_KIND or len(members) < FEWEST_POINTS:
             continue
         # repeats of a point tell the noise: points with repeats stay in training
         single = [p for p in members if sum(q == p for q in points) == 1 or len(members) < 6]

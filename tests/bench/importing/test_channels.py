@@ -9,6 +9,7 @@ import pytest
 
 from bench.errors import ConfigurationError
 from bench.importing import Imported, import_recordings
+from bench.importing.looking import take_inventory
 from bench.recording import Rejected
 from bench.recording.validation import validate
 from tests.bench.importing import builders
@@ -248,3 +249,78 @@ motor_torque = {{variable = "n", unit = "N*m", scale = 0.01, {key} = {value}}}
     sentence = builders.why(tmp_path, channels)
     assert f"channels.motor_torque.{key}: the values are -" in sentence
     assert f"should be 0 to {most}" in sentence
+
+
+def test_fill_values_count_as_missing_and_are_said_to(tmp_path: Path) -> None:
+    load = _T + 1.0
+    spoilt = load.copy()
+    spoilt[[7, 8]] = (9.9e37, -1.2e36)
+    builders.csv(tmp_path / "a.csv", t=_T, q=_T, L=spoilt)
+    channels = 'motor_angle = {{variable = "q", unit = "rad"}}\nload_torque = {{variable = "L", unit = "N*m"{}}}'
+    why = builders.why(tmp_path, channels.format(""))
+    assert "load_torque is a fill value (1e+30 or more) in line 9, every sample should be a number" in why
+    done = builders.one(tmp_path, channels.format(', missing = "interpolate"'))
+    np.testing.assert_allclose(done.recording.si("load_torque"), load, rtol=1e-12)
+    said = "load_torque: 2 of 200 samples are fill values (1e+30 or more in size, such as 9.9e37) and count as missing"
+    assert f"{said}, the first in line 9" in done.notes
+    builders.csv(tmp_path / "b.csv", t=_T, q=_T, L=np.full(_T.size, 9.91e37))
+    lost = builders.why(tmp_path, channels.format(', missing = "hold"'), file="b.csv")
+    assert lost.endswith("load_torque holds no number in any sample; leave the channel out of the mapping.")
+    found = take_inventory(tmp_path / "a.csv")
+    assert found.columns[2].span == (1.0, load[-1])
+    assert any("L: 2 of 200 samples are no number" in sentence for sentence in found.missing_samples())
+
+
+def test_a_value_that_stands_in_no_file_is_a_channel_of_its_recording(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        builders.csv(tmp_path / f"{name}.csv", t=_T, i=_I, q=_T)
+    channels = (
+        'motor_angle = {variable = "q", unit = "rad"}\n'
+        'motor_torque = {sum = [{variable = "i", unit = "N*m"}, {value = 20, unit = "N", factor = "5 mm"}]}'
+    )
+    entry = 'channels.load_torque = {value = 120, unit = "N*cm"}\n[[recordings]]\nfile = "b.csv"\n'
+    entry += 'channels.load_torque = {value = 0, unit = "N*m"}'
+    a, b = builders.run(tmp_path, channels, entry=entry)
+    assert isinstance(a, Imported)
+    assert isinstance(b, Imported)
+    np.testing.assert_allclose(a.recording.si("load_torque"), np.full(_T.size, 1.2), rtol=1e-12)
+    np.testing.assert_allclose(b.recording.si("load_torque"), np.zeros(_T.size))
+    np.testing.assert_allclose(a.recording.si("motor_torque"), _I + 0.1, rtol=1e-12)
+    assert a.recording.specs["load_torque"].origin == "120 N*cm"
+    assert validate(a.recording.path).violations == ()
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ('load_torque = {value = 1, variable = "i", unit = "N*m"}', "has a 'value' and a place in a file"),
+        ('load_torque = {value = 1, wraps_at = 3, unit = "N*m"}', "has a 'value' and 'wraps_at', which is for"),
+        ('load_torque = {value = 1, time = "t", unit = "N*m"}', "has a 'value' and a 'time' of its own"),
+        ('load_torque = {value = nan, unit = "N*m"}', "has a 'value' that is no finite number"),
+        ('load_torque = {unit = "N*m"}', "or 'sum', a 'value' that holds throughout"),
+    ],
+)
+def test_a_value_goes_with_no_place(folder: Path, line: str, said: str) -> None:
+    with pytest.raises(ConfigurationError, match=said):
+        builders.run(folder, f'motor_velocity = {{variable = "v", unit = "rpm"}}\n{line}')
+
+
+def test_values_alone_are_no_recording_and_no_time(folder: Path) -> None:
+    with pytest.raises(ConfigurationError, match="every channel has a 'value'"):
+        builders.run(folder, 'load_torque = {value = 1, unit = "N*m"}')
+    with pytest.raises(ConfigurationError, match="a time that is the same throughout is none"):
+        builders.run(folder, 'time = {value = 1, unit = "s"}\nmotor_velocity = {variable = "v", unit = "rpm"}')
+
+
+def test_the_speed_of_the_output_alone_is_turned_into_the_motors(folder: Path) -> None:
+    channels = 'load_velocity = {variable = "v", unit = "rpm"}\nmotor_torque = {variable = "i", unit = "N*m"}'
+    done = builders.one(folder, channels, ratio="9.0")
+    np.testing.assert_allclose(done.recording.si("motor_velocity"), 18 * np.pi, rtol=1e-12)
+    np.testing.assert_allclose(done.recording.si("motor_angle"), 18 * np.pi * _T, atol=1e-11)
+    assert "load_velocity" not in done.recording.specs
+    said = "the motor's speed was not measured: motor_velocity is load_velocity times gearbox.ratio 9, so there is no"
+    assert any(note.startswith(said) for note in done.notes)
+    assert [event.level for event in done.recording.events if event.text.startswith(said)] == ["info"]
+    (folder / "out/a.h5").unlink()
+    without_torque = builders.one(folder, channels.splitlines()[0] + '\nload_torque = {variable = "i", unit = "N*m"}')
+    assert {"load_velocity"} == {name for name in without_torque.recording.specs if "velocity" in name}

@@ -252,7 +252,7 @@ def test_wrong_mapping_is_one_sentence(tmp_path: Path, change: tuple[str, str], 
 @pytest.mark.parametrize(
     ("content", "sentence"),
     [
-        (None, "cannot be read (No such file or directory)"),
+        (None, "there is no such file; recordings.file counts from the folder of the mapping"),
         (b"\x00\x01", "is none of MAT, HDF5, TDMS, Parquet, MDF, NumPy, JSON or text"),
         (b"MATLAB 5.0 MAT-file" + bytes(200), "is not a readable MAT file"),
         (b"\x89HDF\r\n\x1a\n" + bytes(600), "cannot be read"),

@@ -144,3 +144,21 @@ def test_a_unit_of_no_quantity_is_refused_with_what_makes_one_of_it(
     with pytest.raises(ConfigurationError, match=f"channels.{channel}: unit '{unit}' is of no quantity") as error:
         builders.run(tmp_path, f'{channel} = {{variable = "x", unit = "{unit}"}}', ratio="50")
     assert said in str(error.value)
+
+
+def test_an_angle_that_goes_to_and_fro_beside_a_speed_of_one_sign_is_not_its_shafts(tmp_path: Path) -> None:
+    rng = np.random.default_rng(8)
+    speed = 900.0 + 300.0 * np.sin(0.02 * np.arange(2000)) + rng.normal(0.0, 1.0, 2000)
+    phase = 180.0 + 60.0 * np.sin(0.05 * np.arange(2000)) + rng.normal(0.0, 5.0, 2000)
+    turned = np.cumsum(speed) * 6.0 / 1000.0
+    columns = {"N_VM [1/min]": speed, "M_VM [Nm]": rng.normal(5.0, 1.0, 2000)}
+    for name, angle, taken in (
+        ("PA1_PHI_1 [°]", phase, False),
+        ("PHI [°]", turned % 360.0, True),
+        ("PHI", turned % 360.0, True),
+        ("PHI [°]", turned + rng.normal(0.0, 20.0, 2000), True),
+    ):
+        builders.csv(tmp_path / "a.csv", **columns, **{name: angle})
+        content = tomllib.loads(draft(take_inventory(tmp_path / "a.csv"), tmp_path / "map.toml").text())
+        assert ("motor_angle" in content["channels"]) == taken
+        assert content["channels"]["motor_velocity"]["variable"] == "N_VM [1/min]"

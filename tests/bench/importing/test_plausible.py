@@ -262,3 +262,109 @@ def test_a_warning_of_many_files_is_shown_once_with_the_others_names(tmp_path: P
     assert done.output.count("WARNING") == 1
     assert f"the same warning, with other numbers, of b: {mapping}: channels.motor_torque" in done.output
     assert "a negative inertia (… kg·m²)" in done.output
+
+
+def _joint(folder: Path, sign: float, seconds: float, other: bool = True) -> tuple[str, ...]:
+    """Warnings of a joint that carries a forearm's weight, which hangs on the angle of the joint before it too."""
+    time = np.arange(round(seconds * 100)) / 100.0
+    own = 0.7 * np.sin(0.53 * time) + 0.2 * np.sin(1.9 * time)
+    before = 1.1 * np.sin(0.31 * time + 1.0) + 0.3 * np.sin(1.3 * time)
+    speed, theirs = np.gradient(own, time), np.gradient(before, time)
+    torque = 0.02 * np.gradient(speed, time) + 0.15 * np.tanh(speed / 0.02) + 0.05 * np.gradient(theirs, time)
+    torque += 4.0 * np.sin(own + before) + np.random.default_rng(5).normal(0.0, 0.02, time.size)
+    builders.csv(folder / "a.csv", t=time, q=own, M=sign * torque, p=before)
+    aux = 'q2 = {variable = "p", unit = "rad"}' if other else ""
+    return builders.one(folder, _PLAIN, aux=aux).warnings
+
+
+def test_gravity_of_another_joint_hides_no_sign_of_the_friction(tmp_path: Path) -> None:
+    assert _joint(tmp_path, 1.0, 80.0) == ()
+    shutil.rmtree(tmp_path / "out")
+    (warning,) = _joint(tmp_path, -1.0, 80.0)
+    assert "friction that takes -0.0" in warning
+    assert "beside what aux.q2 does" in warning
+    assert "likely a wrong sign; scale times -1 of motor_torque" in warning
+
+
+def test_without_the_other_joint_or_enough_of_it_nothing_is_told_beside_it(tmp_path: Path) -> None:
+    assert _joint(tmp_path, -1.0, 80.0, other=False) == ()
+    shutil.rmtree(tmp_path / "out")
+    assert not any("beside what" in warning for warning in _joint(tmp_path, -1.0, 5.0))
+
+
+def test_an_axis_that_moves_along_is_named_as_what_may_drive_the_motor(tmp_path: Path) -> None:
+    """A second encoder of the same shaft: its difference to the motor's angle is the torque, so it is not fitted."""
+    speed = np.gradient(_ANGLE, _SWING)
+    torque = 1e-3 * np.gradient(speed, _SWING) + 0.01 * speed + 0.3 * np.sign(speed)
+    twisted = _ANGLE / _RATIO - torque / 500.0
+    aux = 'end = {variable = "p", unit = "rad"}'
+    for sign, told in ((1.0, 0), (-1.0, 1)):
+        shutil.rmtree(tmp_path / "out", ignore_errors=True)
+        builders.csv(tmp_path / "a.csv", t=_SWING, q=_ANGLE, M=sign * torque, p=twisted)
+        warnings = builders.one(tmp_path, _PLAIN, ratio=f"{_RATIO}", aux=aux).warnings
+        assert len(warnings) == told
+        assert all("or aux.end does, which moves along with it" in warning for warning in warnings)
+
+
+def _braked(folder: Path, zero: float, sign: float, inertia: float) -> tuple[str, ...]:
+    """Warnings of a motor that turns one way against a brake; its drive reports ``zero`` N·m less than there are."""
+    speed = 150.0 + 80.0 * np.sin(0.9 * _SWING)
+    angle = np.concatenate(([0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) / 200.0)))
+    load = 60.0 + 50.0 * np.sin(0.41 * _SWING) + np.random.default_rng(6).normal(0.0, 0.3, _SWING.size)
+    torque = load + 0.2 + inertia * np.gradient(speed, _SWING) - zero
+    torque += np.random.default_rng(7).normal(0.0, 0.3, _SWING.size)
+    builders.csv(folder / "a.csv", t=_SWING, q=angle, M=sign * torque, L=sign * load)
+    channels = f'{_PLAIN}\nload_torque = {{variable = "L", unit = "N*m"}}'
+    return builders.one(folder, channels).warnings
+
+
+@pytest.mark.parametrize(
+    ("zero", "sign", "inertia", "parts"),
+    [
+        (0.0, 1.0, 1e-4, None),
+        (0.9, 1.0, 1e-4, ("either motor_torque is reported too small", "or both torques have the wrong sign")),
+        (0.0, -1.0, 1e-4, ("either motor_torque is reported too small", "motor_angle, or of motor_torque and load_t")),
+        (0.9, 1.0, 0.2, ("the inertia is positive, so the signs are right and motor_torque is reported too small",)),
+    ],
+)
+def test_less_power_than_the_load_takes_is_a_gain_or_a_sign(
+    tmp_path: Path, zero: float, sign: float, inertia: float, parts: tuple[str, ...] | None
+) -> None:
+    warnings = _braked(tmp_path, zero, sign, inertia)
+    if parts is None:
+        assert warnings == ()
+        return
+    (warning,) = warnings
+    assert all(part in warning for part in parts)
+    assert ("wrong sign" in warning) == (len(parts) > 1)
+
+
+@pytest.mark.parametrize(("gain", "noted"), [(1.0, None), (1.2, None), (1.6, "1.6"), (0.6, "0.6"), (3.0, None)])
+def test_a_load_that_is_found_too_large_or_small_is_noted_with_its_factor(
+    tmp_path: Path, gain: float, noted: str | None
+) -> None:
+    _machine(tmp_path, M=gain)
+    done = builders.one(tmp_path, _CHANNELS, ratio=f"{_RATIO}")
+    said = [note for note in done.notes if "load_torque over gearbox.ratio is found" in note]
+    assert [note.split(" times")[0].split("found ")[1].split(" ±")[0] for note in said] == ([noted] if noted else [])
+    assert all(("passes on 6" in note) == (gain > 1.0) for note in said)
+    # three times as much cannot be, and is a warning
+    assert bool(done.warnings) == (gain > 2.5)
+
+
+@pytest.mark.parametrize("name", ["qr", "q_ref"])
+def test_the_set_value_of_a_controller_is_no_other_axis(tmp_path: Path, name: str) -> None:
+    """Its torque is the difference of both angles less a damping: beside it the friction seems to be negative."""
+    step, count = 0.005, 16_000
+    time = np.arange(count) * step
+    asked = 0.1 * np.sin(0.9 * time) + 0.12 * np.sin(2.3 * time + 1.0) + 0.06 * np.sin(4.1 * time)
+    angle, torque = np.zeros(count), np.zeros(count)
+    q = v = 0.0
+    for i in range(count):
+        torque[i] = 10.0 * (asked[i] - q) - 10.0 * v
+        v += step * (torque[i] - 0.3 * np.tanh(v / 0.05) - 0.1 * v - 2.0 * np.sin(q)) / 0.5
+        q += step * v
+        angle[i] = q
+    noise = np.random.default_rng(9).normal(0.0, 0.02, count)
+    builders.csv(tmp_path / "a.csv", t=time, q=angle, M=torque + noise, p=asked)
+    assert builders.one(tmp_path, _PLAIN, aux=f'{name} = {{variable = "p", unit = "rad"}}').warnings == ()

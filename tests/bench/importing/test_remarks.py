@@ -69,7 +69,8 @@ def test_samples_that_are_no_number_are_counted_and_the_first_is_named(tmp_path:
     holes[[10, 11, 50]] = np.nan, np.nan, np.inf
     columns = {"time [s]": _T, "motor angle [rad]": holes, "torque [Nm]": np.cos(_T)}
     shown = _look(tmp_path, **columns)
-    assert "motor angle [rad]: 3 of 200 samples are no number (NaN, inf or empty), the first in line 12" in shown
+    said = "3 of 200 samples are no number (NaN, inf, empty or a fill value), the first in line 12"
+    assert f"motor angle [rad]: {said}" in shown
     assert shown.count("no number") == 1
     (tmp_path / "a.toml").unlink()
     found = json.loads(_look(tmp_path, "--json", **columns))

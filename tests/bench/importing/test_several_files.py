@@ -139,3 +139,52 @@ def test_columns_are_aligned_under_long_headings_and_units(tmp_path: Path) -> No
     assert len(rows) == 4
     assert len(places) == 1
     assert "Actual velocity of" in rows[1]
+
+
+def test_a_file_that_is_not_there_is_named_with_the_folder_its_name_counts_from(tmp_path: Path) -> None:
+    (tmp_path / "data").mkdir()
+    _files(tmp_path / "data")
+    channels = _CHANNELS.format(file="data/sweep0_cur.csv")
+    why = builders.why(tmp_path, channels, file="data/sweep0_pos.csv")
+    assert "'data/sweep0_cur.csv', the 'file' of a channel, counts from the folder of the recording's own file" in why
+    assert why.endswith(f"sweep0_pos.csv: {tmp_path / 'data'}; did you mean 'sweep0_cur.csv'?")
+    why = builders.why(tmp_path, channels, file="sweep0_pos.csv")
+    assert why.endswith(f"counts from the folder of the mapping, or that of --data: here {tmp_path}.")
+    with pytest.raises(ConfigurationError, match=f"recordings.file, which counts from {tmp_path}"):
+        builders.run(tmp_path, channels, file="sweep*_pos.csv")
+
+
+_JOINTS = {f"Joint_{k}": k * np.sin(k * _T) for k in (1, 2, 3)}
+
+
+def test_a_matrix_for_each_quantity_with_equal_headings_is_one_recording(tmp_path: Path) -> None:
+    builders.csv(tmp_path / "pos_read_data.csv", **_JOINTS)
+    builders.csv(tmp_path / "curr_data.csv", **{name: values + 0.1 * _T for name, values in _JOINTS.items()})
+    shown = _look(tmp_path, "*.csv")
+    assert "not shown" not in shown
+    assert "6 columns of 2000" in shown
+    text = (tmp_path / "look.toml").read_text()
+    content = tomllib.loads(text)
+    assert content["recordings"] == [{"file": "curr_data.csv"}]
+    tables = [*content["channels"].values(), *content["aux"].values()]
+    placed = {(table.get("file"), table["variable"]) for table in tables if "variable" in table}
+    assert placed == {(file, name) for file in (None, "pos_read_data.csv") for name in _JOINTS}
+    assert content["channels"]["motor_torque"]["variable"] == content["channels"]["load_angle"]["variable"] == "Joint_3"
+    # runs of one quantity are no matrices of several, and stay apart
+    builders.csv(tmp_path / "pos_other.csv", **_JOINTS)
+    (tmp_path / "look.toml").unlink()
+    assert "is the first of 2 files that fit; the others are not shown" in _look(tmp_path, "pos*.csv")
+
+
+def test_matrices_called_alike_with_a_common_clock_are_one_recording(tmp_path: Path) -> None:
+    rows = np.vstack([_T, *_JOINTS.values()])
+    np.savez(tmp_path / "run1_joint.npz", ans=rows)
+    np.savez(tmp_path / "run1_torque.npz", ans=np.vstack([_T, *(0.3 * np.cos(row) for row in _JOINTS.values())]))
+    columns = take_inventory(tmp_path / "run1_*.npz").columns
+    assert [column.name for column in columns if column.file] == [f"run1_torque row {k}" for k in (2, 3, 4)]
+    content = _content(tmp_path, "run1_*.npz")
+    assert content["channels"]["time"]["variable"] == "ans"
+    assert content["channels"]["motor_torque"]["file"] == "run1_torque.npz"
+    # names that differ in more than a word, or of which none is of a quantity, are runs
+    np.savez(tmp_path / "torque_step.npz", ans=rows)
+    assert len(take_inventory(tmp_path / "[rt]*.npz").columns) == 4

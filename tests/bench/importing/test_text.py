@@ -155,3 +155,16 @@ def test_a_name_over_several_columns_is_part_of_theirs(tmp_path: Path) -> None:
     rows = "".join(f"{k},{2 * k},{k},{3 * k}\n" for k in range(20))
     names = [variable.name for variable in _open(tmp_path, "speed,,torque,\nX,Y,X,Y\n" + rows).variables()]
     assert names == ["speed X", "speed Y", "torque X", "torque Y"]
+
+
+def test_a_line_that_is_no_row_is_named_with_what_stands_there(tmp_path: Path) -> None:
+    rows = [f"Time: {k} Position: {k % 7} Current: {k % 5}" for k in range(60)]
+    rows.insert(40, "POSITIONING WITH REVSPEED: 1000, DELTAPOS: 0.49, DELTATIME: 2.70")
+    path = tmp_path / "raw.txt"
+    path.write_text("\n".join(rows) + "\n")
+    with pytest.raises(RecordingError) as error:
+        open_source(path)
+    said = str(error.value)
+    assert "is not a table of 6 columns: line 41 has 8 of them ('POSITIONING WITH REVSPEED: 1000, DELTAPOS" in said
+    assert said.endswith("it should have 6; [csv] comment = 'POSITIONING' passes over lines that begin so.")
+    assert open_source(path, TextOptions(comment="POSITIONING")).read(None, 6)[3] == 3

@@ -37,3 +37,12 @@ def test_names_are_no_units(written: str) -> None:
     assert not is_unit(written)
     with pytest.raises(ConfigurationError, match=f"a.csv: unit '{written}' is not known"):
         unit_of(written, "a.csv")
+
+
+def test_a_speed_that_was_written_as_a_product_is_said_to_be_one() -> None:
+    with pytest.raises(
+        ConfigurationError, match=r"unit 'rad\.s' should be one that becomes 'rad/s'; did you mean 'rad/s'\?"
+    ):
+        unit_of("rad.s", "x", "rad/s")
+    with pytest.raises(ConfigurationError, match=r"becomes 'rad/s'\.$"):
+        unit_of("N*m", "x", "rad/s")

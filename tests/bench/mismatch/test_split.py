@@ -5,7 +5,7 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
-from bench.mismatch.recordings.split import _leverage, _spread, split
+from bench.mismatch.recordings.split import _leverage, _spread, none_spared, split
 
 FORWARD = [("constant_velocity", load, 0.1, 8.0, -1) for load in (-900.0, -500.0, 0.0, 500.0, 900.0)]
 BACK = [
@@ -48,3 +48,19 @@ def test_whole_points_are_held_out_and_no_kind_of_which_there_are_few() -> None:
     assert all((fold < 0) == out for fold, out in zip(folds, held, strict=True))
     # repeats of a point are left out together
     assert folds[0] == folds[15] == folds[16]
+
+
+def test_small_loads_are_operating_points_of_their_own() -> None:
+    """A servo of less than 1 N·m: seventeen loads, three times each, are no two points."""
+    loads = [0.04 * k for k in range(18)]
+    held, folds = split([recorded("free", load) for load in loads for _ in range(3)])
+    assert sum(held) == 12
+    assert all(len(set(held[k : k + 3])) == 1 for k in range(0, len(held), 3))
+    assert len({fold for fold in folds if fold >= 0}) == 14
+
+
+def test_it_is_said_why_nothing_is_held_out() -> None:
+    recordings = [recorded("free", load) for load in (0.0, 0.5) for _ in range(5)]
+    assert not any(split(recordings)[0])
+    said = none_spared(recordings)
+    assert said.startswith("nothing could be held out: 10 recordings of kind 'free' at 2 operating points; it takes 6")
