@@ -14,7 +14,7 @@ from bench.mismatch.recordings.collected import Collected
 from bench.mismatch.recordings.comparable import Comparable
 from bench.mismatch.recordings.dataset import Dataset, Member, is_linear
 from bench.mismatch.recordings.faulty import of_other_sign
-from bench.mismatch.recordings.motion import Manner
+from bench.mismatch.recordings.motion import Manner, slowly
 from bench.mismatch.recordings.notch import ripple_orders
 from bench.mismatch.recordings.pieces import Piece, pieces
 from bench.mismatch.recordings.prepared import Folder, prepare
@@ -22,6 +22,7 @@ from bench.mismatch.recordings.rows import join
 from bench.mismatch.recordings.source import Paths, folders_of, gathered, names_of, of_one_campaign
 from bench.mismatch.recordings.split import load_step, none_spared, point_of, split, split_blocks
 from bench.recording import Recording
+from bench.simulation.terms import MOTOR_TORQUE
 
 Progress = Callable[[str, float], None]
 SAMPLES_A_PROCESS = 8_000_000
@@ -97,6 +98,8 @@ def load(path: Paths, progress: Progress | None = None, jobs: int = 1, base: Bas
             raise RecordingError(rejected[0][1])
         raise RecordingError(f"{_named(path)} holds no recording that can be read; see `bench validate` for each file")
     data.rows = {channel: join(rows.rows.pop(channel)) for channel in list(rows.rows)}
+    if MOTOR_TORQUE in data.rows:
+        notes += slowly(data.rows[MOTOR_TORQUE].frame, folder.manner.standstill)
     give_back()
     data.density, data.unsteady = rows.density, rows.unsteady
     data.shaft, data.output, data.swing = rows.shaft, rows.output, rows.swing

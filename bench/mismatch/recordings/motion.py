@@ -13,12 +13,16 @@ from bench.mismatch.recordings.level import confirmed
 from bench.mismatch.recordings.smoothing import WINDOWS_S, local_quadratic, repaired, span_for, window
 from bench.mismatch.recordings.window import ANGLE, Rates, best_rates
 from bench.recording import Recording
-from bench.simulation.frame import FloatArray
+from bench.simulation.frame import FloatArray, Frame
 
 RECORDINGS_FOR_SPAN = 15
 """recordings that are asked for the window of the rates: their middle needs no more"""
 SHARE_OF_FASTEST = 0.1
 """of the largest speed that was set, up to which a motor may be passing a crawl"""
+CRAWLS = 0.1
+"""of the speed below which the bench stands, from which a motor crawls and does not stand"""
+NOTED = 0.05
+"""of the samples in motion, from which it is said that they are not compared"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,6 +185,20 @@ def away_from_turns(direction: FloatArray, half: float) -> FloatArray:
     np.add.at(edges, np.maximum(np.ceil(middle - int(half)).astype(np.int64), 0), 1)
     np.add.at(edges, np.minimum(np.floor(middle + int(half)).astype(np.int64) + 1, direction.size), -1)
     return np.where(np.cumsum(edges[:-1]) > 0, 0.0, direction)
+
+
+def slowly(frame: Frame, standstill: float) -> list[str]:
+    """What is said of rows whose direction is not told though the motor turns: torques are not compared there."""
+    speed = np.abs(frame.omega)
+    moving = speed > CRAWLS * standstill
+    all_of_it = float(frame.count[moving].sum())
+    share = float(frame.count[moving & (frame.direction == 0)].sum()) / all_of_it if all_of_it > 0.0 else 0.0
+    if share < NOTED:
+        return []
+    return [
+        f"in {share:.2g} of the samples in motion the motor is slower than {standstill:.2g} rad/s or turns round: which"
+        " way it turns is not told there, and what friction depends on is not compared"
+    ]
 
 
 def since_change(

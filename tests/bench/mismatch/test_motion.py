@@ -3,9 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from bench.mismatch import criteria
-from bench.mismatch.recordings.motion import Manner, away_from_turns, corners, passing
+from bench.mismatch.recordings.motion import Manner, away_from_turns, corners, passing, slowly
+from tests.bench.mismatch.regression.synthetic import campaign
 
 RATE = 500.0
 
@@ -54,3 +56,14 @@ def test_a_motion_that_does_not_turn_keeps_its_direction() -> None:
     direction = np.array([0.0, 0.0, 1.0, 1.0, 0.0, 1.0])
     assert np.array_equal(away_from_turns(direction, 2.5), direction)
     assert away_from_turns(np.zeros(0), 2.5).size == 0
+
+
+@pytest.mark.parametrize(("crawling", "told"), [(0, False), (4, False), (10, True)])
+def test_a_motor_that_crawls_is_said_to_be_left_out(crawling: int, told: bool) -> None:
+    """Of a hundred rows in motion; rows at rest are none and count for nothing."""
+    frame = campaign(8).take(slice(0, 200))
+    speed = np.repeat([2.0, 0.1, 0.0], [100 - crawling, crawling, 100])
+    frame = replace(frame, velocity=speed / frame.ratio, direction=np.where(speed > 0.3, 1.0, 0.0))
+    notes = slowly(replace(frame, count=np.ones(200)), 0.3)
+    assert bool(notes) is told
+    assert not told or notes[0].startswith("in 0.1 of the samples in motion the motor is slower than 0.3 rad/s")
