@@ -8,8 +8,15 @@ from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms.base import MOTOR_TORQUE, Form, Point, Symbol, Term, columns, logarithmic, slow_speed, top
 
 
+SEEN = 3.0
+"""Stribeck speeds at the slowest speed that was measured: of what is less than a twentieth there nothing is seen"""
+
+
 def _grid(frame: Frame) -> tuple[Point, ...]:
+    moving = frame.direction != 0
     fastest, slowest = top(frame.omega), slow_speed(frame.omega)
+    if moving.any():
+        slowest = max(slowest, float(np.percentile(np.abs(frame.omega[moving]), 1.0)) / SEEN)
     return logarithmic(slowest, min(0.5 * fastest, 40.0 * slowest), 12)
 
 
