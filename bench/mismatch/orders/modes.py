@@ -182,9 +182,7 @@ def refined(
         return replace(data, series=calibrated_by(model, data.vectors, data.sigma, data.orders, answer))
 
     plain = _losses(data, _Freedom.of(data), begin.form, _NOTHING)
-    # an order that passes no mode, calibrated as if it did, would tell all a prior that is too wide
-    answer = resonant(begin.form, data.frequency, begin.point)
-    touched = _smoothness(data, answer) - _smoothness(data, np.ones_like(answer)) > criteria.SPOILED
+    touched = np.ones(len(data.orders), dtype=bool)
     now = under(point, touched)
     for _ in range(2):
         freedom = _Freedom.of(now)

@@ -239,18 +239,14 @@ def plain_mixture(rows: Rows, residual: FloatArray, slow: bool = False) -> Mixtu
         alike = np.round(np.log2(np.maximum(rows.number, 1.0)))
         groups = [alike == k for k in np.unique(alike) if np.mean(alike == k) >= _OF_ROWS]
     lags, memories = (_SLOW_LAGS, SLOW_MEMORIES_S) if slow else (_LAGS, MEMORIES_S)
-    found_of = (_differences(rows, residual, group, lags, memories) for group in groups)
-    equations = [equation for equation in found_of if equation is not None]
+    found_of = [(_differences(rows, residual, group, lags, memories), group) for group in groups]
+    equations = [equation for equation, _ in found_of if equation is not None]
+    if slow:
+        equations += [_scatter(rows, group, memories) for equation, group in found_of if equation is not None]
     if not equations:
         spread = robust_spread(np.diff(residual)) ** 2 / 2.0 if residual.size > 1 else 1.0
         return Mixture(max(spread * number, 1e-300), (0.0,) * len(memories), rate, memories)
     design = np.vstack([design / measured[:, None] for design, measured in equations])
-    inside = rows.number > 1.5
-    if slow and inside.any():
-        scatter = float(middles([of_each(rows, inside)])[0])
-        sample = float(np.median([measured[0] for _, measured in equations])) + scatter
-        of_sample = np.append(np.ones(1 + len(memories)), 0.0) / max(sample, 1e-300)
-        design = np.vstack([design, of_sample])
     scale = np.maximum(np.abs(design).max(axis=0), 1e-300)
     found = nnls(design / scale, np.ones(len(design)))[0] / scale
     return Mixture(float(found[0]), tuple(float(v) for v in found[1:-1]), rate, memories)
@@ -284,6 +280,20 @@ def _differences(
     # the slow rest of a residual grows with the square of the lag: it is fitted beside the noise
     columns.append(np.asarray(lags, dtype=np.float64) ** 2 * float(np.nanmax(measured)))
     return np.column_stack(columns)[good], measured[good]
+
+
+def _scatter(rows: Rows, chosen: NDArray[np.bool_], memories: Sequence[float]) -> tuple[FloatArray, FloatArray]:
+    """The same equations (1, 2 + parts) of how samples scatter inside the ``chosen`` rows: by what a mean over a row
+    does not hold of them. None (0, 2 + parts) where rows are single samples.
+    """
+    inside = chosen & (rows.number > 1.5)
+    scatter = float(middles([of_each(rows, inside)])[0]) if inside.any() else 0.0
+    if scatter <= 0.0:
+        return np.zeros((0, 2 + len(memories))), np.zeros(0)
+    number, step = float(np.median(rows.number[inside])), float(np.median(durations(rows.frame)[inside]))
+    kept = [Mixture(0.0, (1.0,), 1.0, (m,)).of_means(np.full(1, number), np.full(1, step))[0] for m in memories]
+    column = [1.0, *((1.0 - share) * number / (number - 1.0) for share in kept), 0.0]
+    return np.array([column]), np.full(1, scatter)
 
 
 def of_rows(rows: Rows, noise: Mixture, residual: FloatArray, doubt: FloatArray | None = None) -> RowNoise:

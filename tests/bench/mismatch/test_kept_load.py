@@ -58,3 +58,25 @@ def test_what_the_sensor_alone_reads_goes(tmp_path: Path, hertz: float) -> None:
 
 def test_without_a_torque_of_the_load_motor_the_mean_is_kept_alone(tmp_path: Path) -> None:
     assert np.std(about_the_level(tmp_path, ripple(1.5), None)) < 1e-9 * SIZE_NM
+
+
+@pytest.mark.parametrize("ramps", [False, True])
+def test_what_the_load_motor_reports_keeps_its_level_in_ramps_of_the_speed(tmp_path: Path, ramps: bool) -> None:
+    """Noise of the load motor is in the difference of the two torques: a loop that follows it would be told from it.
+    A ramp of the load itself is none of noise.
+    """
+    rng = np.random.default_rng(8)
+    load = LEVEL + rng.normal(0.0, 1.0, SIZE)
+    if ramps:
+        load[:400] += np.linspace(-400.0, 0.0, 400)
+    values = {"time": TIME, "motor_angle": 18.5 * TIME, "load_angle": 0.1 * TIME, "load_torque": load}
+    values["load_motor_torque"] = load + rng.normal(0.0, 0.2, SIZE)
+    channels = {name: (v, ChannelSpec.of(name, dtype="float64")) for name, v in values.items()}
+    path = tmp_path / "r.h5"
+    segments = [Segment("ramp_up", 0, 400), Segment("steady", 400, SIZE)]
+    write_recording(path, builders.header("r", sample_rate=RATE), channels, segments, [])
+    recording = Recording.open(path)
+    own = Folder(recording.started_at.timestamp(), Manner(0.5, 0.06, 1000.0), ())
+    frame = prepare(recording, 0, own, group=1).frame
+    assert np.ptp(frame.load_motor_level[400:]) == 0.0
+    assert (np.ptp(frame.load_motor_level[:400]) > 300.0) if ramps else (np.ptp(frame.load_motor_level[:400]) == 0.0)

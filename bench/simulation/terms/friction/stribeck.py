@@ -7,7 +7,6 @@ import numpy as np
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms.base import MOTOR_TORQUE, Form, Point, Symbol, Term, columns, logarithmic, slow_speed, top
 
-
 SEEN = 3.0
 """Stribeck speeds at the slowest speed that was measured: of what is less than a twentieth there nothing is seen"""
 

@@ -112,3 +112,21 @@ def test_rows_of_a_slow_recording_are_as_sure_as_the_noise_lets_them(memory: flo
 def test_the_middle_of_few_samples_scatter_is_the_variance_all_the_same(number: int) -> None:
     drawn = np.random.default_rng(2).normal(0.0, 3.0, (4000, number)).var(axis=1, ddof=1)
     assert middle_variance(drawn, np.full(4000, number - 1.0)) == pytest.approx(9.0, rel=0.06)
+
+
+@pytest.mark.parametrize("memory", [7.0, 20.0])
+def test_a_thermometer_may_remember_for_half_a_minute(memory: float) -> None:
+    """A mean over twenty seconds is hardly less noisy than a reading; a drift beside it is no noise."""
+    rows = mixed(np.random.default_rng(4), memory)
+    drifting = rows.y + 0.003 * rows.frame.elapsed
+    noise = plain_mixture(rows, drifting, slow=True)
+    told = noise.of_means(np.full(1, 5000.0), np.full(1, 20.0))[0]
+    x = 20.0 / memory
+    # ten recordings of a minute hold few such times
+    assert 0.35 < told / (2.0 * (x - 1.0 + np.exp(-x)) / x**2) < 1.6
+    # torques do not: their physics is as slow
+    assert max(m for v, m in zip(*_parts(plain_mixture(rows, drifting)), strict=True) if v > 0.0) <= MEMORIES_S[-1]
+
+
+def _parts(noise: Mixture) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    return noise.parts, noise.memories
