@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.stats import chi2, norm
 
 from bench.mismatch import criteria
 from bench.mismatch.regression.bank import Bank, Fit
@@ -222,10 +223,11 @@ def _taking(search: Search, main: Block, others: Sequence[Chosen], fitted: Fit) 
 
 
 def differs_from_zero(coefficients: FloatArray, covariance: FloatArray) -> bool:
-    """Whether one of some fitted coefficients differs significantly from zero."""
-    return significant(coefficients, np.sqrt(np.maximum(np.diag(covariance), 0.0)))
-
-
-def significant(coefficients: FloatArray, std: FloatArray) -> bool:
-    """Whether one of some coefficients (k,) is more than its standard error ``std`` (k,) makes it by chance."""
-    return bool(np.any(np.abs(coefficients) > criteria.TOLD * std))
+    """Whether some fitted coefficients differ significantly from zero: one of them, or all together, where columns are
+    so alike that none is sure by itself (Wald test).
+    """
+    std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    if np.any(np.abs(coefficients) > criteria.TOLD * std):
+        return True
+    together = float(coefficients @ np.linalg.pinv(covariance, hermitian=True) @ coefficients)
+    return bool(chi2.sf(together, coefficients.size) < 2.0 * norm.sf(criteria.TOLD))

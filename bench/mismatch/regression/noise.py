@@ -40,6 +40,8 @@ _FEWEST = 30
 _LAGS = (1, 2, 3, 4, 6)
 _SLOW_LAGS = (*_LAGS, 9, 13)
 """rows between those that are compared; of a channel that changes slowly"""
+AS_NEAR = 0.15
+"""relative error with which noise alone may say how rows differ: that of a variance from a hundred of them"""
 _OF_ROWS = 0.1
 """share of the rows that those of about as many samples are at least: others are the ends of recordings"""
 _RUNNING = 9
@@ -247,9 +249,23 @@ def plain_mixture(rows: Rows, residual: FloatArray, slow: bool = False) -> Mixtu
         spread = robust_spread(np.diff(residual)) ** 2 / 2.0 if residual.size > 1 else 1.0
         return Mixture(max(spread * number, 1e-300), (0.0,) * len(memories), rate, memories)
     design = np.vstack([design / measured[:, None] for design, measured in equations])
-    scale = np.maximum(np.abs(design).max(axis=0), 1e-300)
-    found = nnls(design / scale, np.ones(len(design)))[0] / scale
+    whole = _fitted(design)
+    if slow:
+        # what grows with the lag may be a memory or a rest: where a memory alone says it, it is one
+        alone = _fitted(np.delete(design, -1, axis=1))
+        if alone[1] < max(AS_NEAR, whole[1]):
+            whole = np.append(alone[0], 0.0), alone[1]
+    found = whole[0]
     return Mixture(float(found[0]), tuple(float(v) for v in found[1:-1]), rate, memories)
+
+
+def _fitted(design: FloatArray) -> tuple[FloatArray, float]:
+    """Coefficients (k,), none below zero, with which columns (n, k) come nearest to one, and by how much they miss it
+    (root mean square).
+    """
+    scale = np.maximum(np.abs(design).max(axis=0), 1e-300)
+    found, missed = nnls(design / scale, np.ones(len(design)))
+    return np.asarray(found / scale), float(missed) / np.sqrt(len(design))
 
 
 def _differences(

@@ -40,7 +40,7 @@ def _limits(frame: Frame) -> tuple[Point, ...]:
     drags = ((0.05, 0.02), (0.3, 0.02), (0.1, 0.2))
     return tuple(
         (limit * largest, sharpness, drag * largest, viscous * largest / fastest)
-        for limit in (0.6, 1.0, 1.6)
+        for limit in (0.6, 1.2, 2.4)
         for sharpness in (2.0, 6.0)
         for drag, viscous in drags
     )
@@ -56,7 +56,7 @@ def _limited(frame: Frame, point: Point) -> FloatArray:
 G = Symbol("g", "1", "gain error of the reported torque", -0.9, 4.0)
 S2 = Symbol("s_2", "1/(N*m)", "saturation, quadratic")
 S3 = Symbol("s_3", "1/(N*m)^2", "saturation, cubic")
-LIMITED = Symbol("s", "1", "share of the torque that is limited", 0.0, 4.0)
+LIMITED = Symbol("s", "1", "how much of what a limit takes is taken", 0.0)
 LIMIT = Symbol("tau_s", "N*m", "largest torque that is reported", 0.0)
 SHARPNESS = Symbol("p", "1", "sharpness of the limit: 1 bends all the way, 10 is a corner", 1.0, 20.0)
 DRAG = Symbol("tau_d", "N*m", "drag at the motor's shaft, which the motor gives beside the load's torque", 0.0)

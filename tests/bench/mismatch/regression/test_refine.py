@@ -94,8 +94,8 @@ def test_a_parameter_at_the_end_of_its_range_has_no_deviation() -> None:
     [(False, 0.1, 1.0), (True, 0.1, 0.5), (False, 0.03, 0.5)],
 )
 def test_a_name_is_half_as_sure_where_it_may_be_another(at_the_end: bool, size: float, left: float) -> None:
-    assert sure_of_name(NAMED, at_the_end, np.array([0.0, size]), np.array([0.02, 0.02])) == left
-    assert sure_of_name(AMBIGUOUS, at_the_end, np.array([0.0, size]), np.array([0.02, 0.02])) == 1.0
+    assert sure_of_name(NAMED, at_the_end, np.array([0.0, size]), np.diag([0.02**2, 0.02**2])) == left
+    assert sure_of_name(AMBIGUOUS, at_the_end, np.array([0.0, size]), np.diag([0.02**2, 0.02**2])) == 1.0
 
 
 @pytest.mark.parametrize(("deviation", "left"), [(1.6, 0.5), (0.2, 1.0), (None, 0.5)])
@@ -103,7 +103,7 @@ def test_a_lag_of_the_sensor_is_nothing_where_its_time_may_be_zero(deviation: fl
     # its coefficient is one over the heat capacity, which is sure whatever the lag is
     term = LIBRARY["thermal.sensor_lag"]
     lag = Named(term, "temperature", term.forms["temperature"][0], (1.7,), (deviation,))
-    assert sure_of_name(NAMED, False, *size_of_term(lag, np.array([2e-5]), np.array([1e-7]))) == left
+    assert sure_of_name(NAMED, False, *size_of_term(lag, np.array([2e-5]), np.array([[1e-14]]))) == left
 
 
 def test_a_deviation_stands_in_the_report_and_in_the_file() -> None:
@@ -151,3 +151,10 @@ def test_a_wave_without_a_whole_period_is_no_modulation() -> None:
     assert [p[0] for p in term.form.grid(swing)] == [7.0, 8.0, 9.0, 10.0, 11.0, 12.0]
     assert term.form.grid(replace(frame, q=np.linspace(0.0, 0.2, frame.size))) == ()
     assert len(term.form.grid(replace(frame, q=np.linspace(0.0, 7.0, frame.size)))) == 12
+
+
+def test_columns_that_are_alike_are_sure_together() -> None:
+    """A gain and a limit whose sum is known to a hundredth, and either to no more than its own size."""
+    covariance = 0.5 * np.array([[1.0, -0.9999], [-0.9999, 1.0]])
+    assert sure_of_name(NAMED, False, np.array([0.5, 0.5]), covariance) == 1.0
+    assert sure_of_name(NAMED, False, np.array([0.5, -0.5]), covariance) < 1.0
