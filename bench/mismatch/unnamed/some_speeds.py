@@ -42,7 +42,7 @@ def at_some_speeds(loud: FloatArray, bins: IntArray) -> SomeSpeeds | None:
     counts = _numbers(loud.shape[0])
     if not counts or not np.isfinite(loud).any():
         return None
-    # larger than all numbers: not seen is last
+    # the loudest first, those that were not seen last
     ordered = -np.sort(np.where(np.isfinite(loud), -loud, np.inf), axis=0)
     seen = np.isfinite(loud).sum(axis=0)
     octave = np.floor(np.log2(np.maximum(bins, 1))).astype(np.int64)
