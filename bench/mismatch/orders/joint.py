@@ -7,7 +7,7 @@ An order was found when others were still missing, and their leakage was part of
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,31 +38,35 @@ def no_answer(_order: float) -> complex:
     return 1.0 + 0.0j
 
 
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """What found orders are judged by: ``revolutions``, which of them may be fitted (``train``), the ``price`` that an
+    order has to gain, and what the orders have passed (``answer``).
+    """
+
+    revolutions: Sequence[Revolution]
+    train: NDArray[np.bool_]
+    price: float
+    answer: Answer = no_answer
+
+
 def is_between(order: float) -> bool:
     """Whether an order is no whole number."""
     return abs(order - round(order)) > EXACT
 
 
-def settled(
-    look: Callable[[Collection[float]], Seen],
-    now: Seen,
-    revolutions: Sequence[Revolution],
-    train: NDArray[np.bool_],
-    found: dict[float, WeakOrder],
-    price: float,
-    answer: Answer = no_answer,
-) -> Seen:
+def settled(look: Callable[[Collection[float]], Seen], now: Seen, found: dict[float, WeakOrder], by: Evidence) -> Seen:
     """What the revolutions show when each of the ``found`` orders, changed here, stands where it gains most beside all
     others and those that these make needless are gone. ``look`` at some found orders beside the known ones, ``now`` at
-    those to begin with; for the others see :func:`moved`.
+    those to begin with.
     """
     for _ in range(SETTLINGS):
-        steps = moved(now, revolutions, train, found, price, answer)
+        steps = moved(now, found, by)
         for old, new in steps.items():
             found[new] = replace(found.pop(old), order=new)
         if steps:
             now = look(found)
-        gone = needless(now, revolutions, train, found, price, answer)
+        gone = needless(now, found, by)
         for order in gone:
             del found[order]
         if gone:
@@ -72,34 +76,27 @@ def settled(
     return now
 
 
-def moved(
-    seen: Seen,
-    revolutions: Sequence[Revolution],
-    train: NDArray[np.bool_],
-    found: Mapping[float, WeakOrder],
-    price: float,
-    answer: Answer = no_answer,
-) -> dict[float, float]:
+def moved(seen: Seen, found: Mapping[float, WeakOrder], by: Evidence) -> dict[float, float]:
     """Found orders that gain clearly more a little beside where they stand: old and new order.
 
     Of an order that is a little off, the phase runs away with the angle, from one revolution to the next. That of a
     whole one does so where what stands there is no whole number: it was found as a whole one that changes with the
     state, or in some of the revolutions alone. Most orders are whole: it moves only where that gains as much more as an
-    order of its own has to, the ``price``. ``answer``: what the orders have passed.
+    order of its own has to.
     """
-    whole = Stage.of(seen, revolutions, train)
+    whole = Stage.of(seen, by.revolutions, by.train)
     if whole is None:
         return {}
-    path = Path.of(seen, train, FARTHEST)
+    path = Path.of(seen, by.train, FARTHEST)
     out: dict[float, float] = {}
     gained: dict[float, float] = {}
     for order in found:
-        one = _alone(whole, seen, train, order, answer)
+        one = _alone(whole, seen, order, by)
         here = float(path.gains(one, np.zeros(1))[0])
         # a found order may stand where this one should: then it goes. One that the simulation has stays
         more, gain = path.away_from(order, [f for f in seen.orders if f not in found]).followed(one)
         if not is_between(order):
-            if 0.0 < abs(more) <= BESIDE_WHOLE and gain > price + here:
+            if 0.0 < abs(more) <= BESIDE_WHOLE and gain > by.price + here:
                 out[order], gained[order] = rounded(order + more), gain - here
             continue
         to_whole, to_part = round(order) - order, round(order * PARTS) / PARTS - order
@@ -131,25 +128,16 @@ def _apart(steps: Mapping[float, float], gained: Mapping[float, float]) -> dict[
     return out
 
 
-def needless(
-    seen: Seen,
-    revolutions: Sequence[Revolution],
-    train: NDArray[np.bool_],
-    found: Mapping[float, WeakOrder],
-    price: float,
-    answer: Answer = no_answer,
-) -> list[float]:
-    """Found orders that gain less than noise might beside all others, the least of each neighbourhood. ``answer``: what
-    they have passed.
-    """
-    whole = Stage.of(seen, revolutions, train)
+def needless(seen: Seen, found: Mapping[float, WeakOrder], by: Evidence) -> list[float]:
+    """Found orders that gain less than noise might beside all others, the least of each neighbourhood."""
+    whole = Stage.of(seen, by.revolutions, by.train)
     if whole is None:
         return []
     gains = {}
     for order in found:
-        one = _alone(whole, seen, train, order, answer)
+        one = _alone(whole, seen, order, by)
         gains[order] = float(one.gains(one.vectors)[0][0])
-    least = {f: price + (np.log(PARTS) if is_between(f) else 0.0) for f in gains}
+    least = {f: by.price + (np.log(PARTS) if is_between(f) else 0.0) for f in gains}
     out: list[float] = []
     for order in sorted(gains, key=lambda f: gains[f]):
         if gains[order] < least[order] and all(abs(order - gone) > APART for gone in out):
@@ -157,12 +145,12 @@ def needless(
     return out
 
 
-def _alone(whole: Stage, seen: Seen, train: NDArray[np.bool_], order: float, answer: Answer) -> Stage:
+def _alone(whole: Stage, seen: Seen, order: float, by: Evidence) -> Stage:
     """The training revolutions at one of the orders that were fitted together, before what it has passed; each as sure
     as the others leave it.
     """
-    by = answer(order)
-    scale = whole.scale / left_of(whole, order, seen.orders) / np.abs(by)
-    residual: Complex = seen.vectors[train, seen.orders.index(order)] / by
+    answer = by.answer(order)
+    scale = whole.scale / left_of(whole, order, seen.orders) / np.abs(answer)
+    residual: Complex = seen.vectors[by.train, seen.orders.index(order)] / answer
     sigma = whole.shape[[min(round(order), whole.shape.size - 1)]]
     return whole.rescaled((residual / scale)[:, None], scale, sigma)

@@ -12,7 +12,7 @@ from bench.mismatch import criteria
 from bench.mismatch.orders import offset_rows as slow
 from bench.mismatch.orders.between import search_between
 from bench.mismatch.orders.bounds import Bounds
-from bench.mismatch.orders.joint import SETTLINGS, settled
+from bench.mismatch.orders.joint import SETTLINGS, Evidence, settled
 from bench.mismatch.orders.look import HIGHEST_ORDER
 from bench.mismatch.orders.misread import TorqueCheck
 from bench.mismatch.orders.partial import refined
@@ -232,7 +232,8 @@ def _orders(model: TransmissionModel, y: FloatArray, seed: int) -> None:
         found |= {w.order: w for w in fresh}
         now = look(found)
     if model.price is not None:
-        now = settled(look, now, model.revolutions, model.train, found, model.price)
+        by = Evidence(model.revolutions, model.train, model.price)
+        now = settled(look, now, found, by)
         # several that leak into each other may each be needless beside the others, and not all of them
         again: set[float] = set()
         for _ in range(SETTLINGS):
@@ -242,7 +243,7 @@ def _orders(model: TransmissionModel, y: FloatArray, seed: int) -> None:
                 break
             again |= {w.order for w in fresh}
             found |= {w.order: w for w in fresh}
-            now = settled(look, look(found), model.revolutions, model.train, found, model.price)
+            now = settled(look, look(found), found, by)
     calibrate_all(model, now, known, found)
     with_noise(model, now)
 

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.stats import binom
 
 from bench.mismatch import criteria
+from bench.mismatch.orders.joint import is_between
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.sight import Sight
 from bench.mismatch.orders.under_mode import passes
@@ -20,7 +21,7 @@ well: what a report calls a place holds as much
 
 def multiples(orders: Sequence[float], ratio: float) -> tuple[float, ...]:
     """Those of the orders that are multiples of the ratio: the motor turns so."""
-    return tuple(f for f in orders if ratio > 1.0 and _multiple(f / ratio))
+    return tuple(f for f in orders if ratio > 1.0 and _multiple(f, ratio))
 
 
 def of_motor(model: TransmissionModel, sight: Sight, ratio: float) -> tuple[float, ...]:
@@ -49,7 +50,8 @@ def chance(model: TransmissionModel, sight: Sight, orders: Sequence[float], rati
     """Chance that weak orders of the gearbox lie on as many multiples of the ratio as ``orders`` are and are as large,
     or on one and as large as the largest of them: by how densely the other constant orders lie, and how large they are.
     """
-    others = [f for f in sight.found if _multiple(f) and f not in multiples([f], ratio) and _constant(model, sight, f)]
+    whole = [f for f in sight.found if not is_between(f)]
+    others = [f for f in whole if not _multiple(f, ratio) and _constant(model, sight, f)]
     highest = max(sight.found)
     known = [f for f in sight.known if f <= highest]
     places = int(highest) - len(known)
@@ -75,8 +77,8 @@ def _note(model: TransmissionModel, orders: Sequence[float], by_chance: float) -
         model.notes.append(note)
 
 
-def _multiple(times: float) -> bool:
-    return round(times) >= 1 and abs(times - round(times)) <= 1e-6
+def _multiple(order: float, ratio: float) -> bool:
+    return round(order / ratio) >= 1 and not is_between(order / ratio)
 
 
 def _constant(model: TransmissionModel, sight: Sight, order: float) -> bool:

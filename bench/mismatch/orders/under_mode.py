@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from bench.mismatch import criteria
 from bench.mismatch.orders import modes
 from bench.mismatch.orders.borne_out import borne_out
-from bench.mismatch.orders.joint import settled
+from bench.mismatch.orders.joint import Evidence, settled
 from bench.mismatch.orders.law_scores import amplitudes
 from bench.mismatch.orders.laws import FoundLaw
 from bench.mismatch.orders.look import PARTS, Look
@@ -163,7 +163,7 @@ class _Search:
 
         def in_place(now: Seen) -> Seen:
             assert model.price is not None
-            return settled(look, now, model.revolutions, model.train, found, model.price, answer)
+            return settled(look, now, found, Evidence(model.revolutions, model.train, model.price, answer))
 
         now = in_place(look(found))
         for _ in range(ROUNDS):

@@ -139,9 +139,7 @@ def fitted(frequency: FloatArray, level: FloatArray, rate: float) -> Mixture:
     frequency, level = frequency[good], level[good]
     columns = [np.full(frequency.size, 2.0 / rate)]
     columns += [4.0 * m / (1.0 + (2.0 * np.pi * frequency * m) ** 2) for m in MEMORIES_S]
-    design = np.column_stack(columns) / level[:, None]
-    scale = np.maximum(np.abs(design).max(axis=0), 1e-300)
-    found = nnls(design / scale, np.ones(level.size))[0] / scale
+    found, _ = _fitted(np.column_stack(columns) / level[:, None])
     return Mixture(float(found[0]), tuple(float(v) for v in found[1:]), rate)
 
 
@@ -249,13 +247,12 @@ def plain_mixture(rows: Rows, residual: FloatArray, slow: bool = False) -> Mixtu
         spread = robust_spread(np.diff(residual)) ** 2 / 2.0 if residual.size > 1 else 1.0
         return Mixture(max(spread * number, 1e-300), (0.0,) * len(memories), rate, memories)
     design = np.vstack([design / measured[:, None] for design, measured in equations])
-    whole = _fitted(design)
+    found, missed = _fitted(design)
     if slow:
         # what grows with the lag may be a memory or a rest: where a memory alone says it, it is one
-        alone = _fitted(np.delete(design, -1, axis=1))
-        if alone[1] < max(AS_NEAR, whole[1]):
-            whole = np.append(alone[0], 0.0), alone[1]
-    found = whole[0]
+        alone, missed_alone = _fitted(np.delete(design, -1, axis=1))
+        if missed_alone < max(AS_NEAR, missed):
+            found = np.append(alone, 0.0)
     return Mixture(float(found[0]), tuple(float(v) for v in found[1:-1]), rate, memories)
 
 

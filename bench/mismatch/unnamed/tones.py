@@ -108,9 +108,8 @@ def tone(
         rows = np.flatnonzero(np.nan_to_num(ratio[:, peak]) >= some.least)
     line = measured(beyond[rows, peak : peak + 3], step, seed)
     at = first + peak + line.offset
-    held = {d.recording: _mean_square(d, at * step) for d in comparable}
-    held |= {comparable[k].recording: float(square) for k, square in zip(rows, line.squares, strict=True)}
-    held |= {d.recording: _mean_square(d, at * step) for d in unsteady if d.recording not in held}
+    held = {comparable[k].recording: float(square) for k, square in zip(rows, line.squares, strict=True)}
+    held |= {d.recording: _mean_square(d, at * step) for d in (*comparable, *unsteady) if d.recording not in held}
     strongest = sorted(held, key=lambda recording: -held[recording])
     squares = tuple(held[recording] for recording in strongest)
     # two ways to be a tone were asked

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bench.mismatch.orders.between import FARTHEST, NEXT, Path
-from bench.mismatch.orders.joint import moved, needless
+from bench.mismatch.orders.joint import Evidence, moved, needless
 from bench.mismatch.orders.look import Look
 from bench.mismatch.orders.revolutions import Revolution, seen
 from bench.mismatch.orders.weak import WeakOrder
@@ -25,7 +25,7 @@ def of(*orders: float) -> dict[float, WeakOrder]:
 @pytest.mark.parametrize(("true", "fitted"), [(20.46, 20.45), (20.46, 20.475), (12.0, 11.97), (31.0, 31.02)])
 def test_an_order_moves_to_where_it_is(true: float, fitted: float) -> None:
     now, revolutions = shown(13, 2.0, np.array([(true, 20.0 * NOISE, 0.4), (7.0, 20.0 * NOISE, 1.0)]), (7.0, fitted))
-    steps = moved(now, revolutions, TRAIN, of(fitted, 7.0), PRICE)
+    steps = moved(now, of(fitted, 7.0), Evidence(revolutions, TRAIN, PRICE))
     assert steps == {fitted: pytest.approx(true, abs=1e-3)}
     assert round(true) != true or steps[fitted] == true
 
@@ -33,13 +33,13 @@ def test_an_order_moves_to_where_it_is(true: float, fitted: float) -> None:
 def test_a_whole_order_moves_to_where_it_is_no_whole_one() -> None:
     """Next to a whole number an order is found as that, in some of the revolutions or with the state."""
     now, revolutions = shown(13, 2.0, np.array([(20.04, 20.0 * NOISE, 0.4)]), (20.0,))
-    assert moved(now, revolutions, TRAIN, of(20.0), PRICE) == {20.0: pytest.approx(20.04, abs=1e-3)}
+    assert moved(now, of(20.0), Evidence(revolutions, TRAIN, PRICE)) == {20.0: pytest.approx(20.04, abs=1e-3)}
 
 
 def test_a_whole_order_stays_where_noise_turns_its_phases() -> None:
     for seed in range(8):
         now, revolutions = shown(13, 2.0, np.array([(20.0, NOISE, 0.4 + seed)]), (20.0,))
-        assert moved(now, revolutions, TRAIN, of(20.0), PRICE) == {}
+        assert moved(now, of(20.0), Evidence(revolutions, TRAIN, PRICE)) == {}
 
 
 def test_of_places_where_phases_are_nearly_alike_the_best_is_taken() -> None:
@@ -55,25 +55,25 @@ def test_of_places_where_phases_are_nearly_alike_the_best_is_taken() -> None:
         y = 20.0 * NOISE * np.cos(true * theta + 0.4) + NOISE * np.random.default_rng(7).normal(size=theta.size)
         off = true - 2.0 / 400.3
         now = seen(looks, revolutions, y, (off,))
-        steps = moved(now, revolutions, np.ones(starts.size, dtype=bool), of(off), PRICE)
+        steps = moved(now, of(off), Evidence(revolutions, np.ones(starts.size, dtype=bool), PRICE))
         assert steps == {off: pytest.approx(true, abs=2e-4)}
 
 
 def test_an_order_that_is_where_it_should_be_stays() -> None:
     now, revolutions = shown(13, 2.0, np.array([(20.25, 20.0 * NOISE, 0.4)]), (20.25,))
-    assert moved(now, revolutions, TRAIN, of(20.25), PRICE) == {}
+    assert moved(now, of(20.25), Evidence(revolutions, TRAIN, PRICE)) == {}
 
 
 def test_an_order_that_another_was_mistaken_for_is_needless() -> None:
     now, revolutions = shown(13, 2.0, np.array([(20.25, 20.0 * NOISE, 0.4)]), (20.25, 21.0, 40.5))
-    assert set(needless(now, revolutions, TRAIN, of(20.25, 21.0, 40.5), PRICE)) == {21.0, 40.5}
+    assert set(needless(now, of(20.25, 21.0, 40.5), Evidence(revolutions, TRAIN, PRICE))) == {21.0, 40.5}
 
 
 def test_a_part_of_an_order_is_no_choice_of_one_of_many() -> None:
     """What was found when its neighbour was missing stands a little beside the twelfth that it is."""
     lines = np.array([(23.0 / 3.0, 4.0 * NOISE, 0.4)])
     now, revolutions = shown(13, 2.0, lines, (7.664,))
-    assert moved(now, revolutions, TRAIN, of(7.664), PRICE) == {7.664: pytest.approx(92.0 / 12.0, abs=1e-9)}
+    assert moved(now, of(7.664), Evidence(revolutions, TRAIN, PRICE)) == {7.664: pytest.approx(92.0 / 12.0, abs=1e-9)}
 
 
 def test_an_order_leaves_a_place_where_its_phases_are_nearly_alike() -> None:
@@ -89,7 +89,7 @@ def test_an_order_leaves_a_place_where_its_phases_are_nearly_alike() -> None:
     looks = [Look(theta[rows], np.ones(ROWS), rows, 2.0 * np.pi * travelled) for rows in places]
     off = true + 1.0 / apart
     now = seen(looks, revolutions, y, (off,))
-    assert moved(now, revolutions, np.ones(starts.size, dtype=bool), of(off), PRICE) == {
+    assert moved(now, of(off), Evidence(revolutions, np.ones(starts.size, dtype=bool), PRICE)) == {
         off: pytest.approx(true, abs=1e-3)
     }
 
@@ -102,7 +102,7 @@ def test_an_order_does_not_move_next_to_one_that_the_simulation_has() -> None:
     now, revolutions = shown(13, 2.0, lines, (20.0, 20.1))
     path = Path.of(now, TRAIN, FARTHEST)
     assert np.any(np.abs(20.1 + path.steps - 20.0) <= NEXT)
-    steps = moved(now, revolutions, TRAIN, of(20.1), PRICE)
+    steps = moved(now, of(20.1), Evidence(revolutions, TRAIN, PRICE))
     assert all(abs(order - 20.0) > NEXT for order in steps.values())
 
 
@@ -121,7 +121,7 @@ def test_an_order_may_take_the_place_of_a_found_one() -> None:
     """What was first found at the whole order next to it goes when the order itself has been found."""
     lines = np.array([(20.02, 20.0 * NOISE, 0.4)])
     now, revolutions = shown(13, 2.0, lines, (20.0, 20.1))
-    steps = moved(now, revolutions, TRAIN, of(20.0, 20.1), PRICE)
+    steps = moved(now, of(20.0, 20.1), Evidence(revolutions, TRAIN, PRICE))
     # one of two that leak into each other goes there, the other is needless then
     assert steps == {20.0: pytest.approx(20.02, abs=1e-3)}
 
@@ -131,6 +131,6 @@ def test_orders_are_judged_before_what_they_have_passed() -> None:
     now, revolutions = shown(13, 2.0, np.array([(20.0, 20.0 * NOISE, 0.4)]), (20.0,))
     by = np.exp(2j * np.pi * np.arange(13) / 13.0) * np.linspace(0.5, 3.0, 13)
     passed = replace(now, vectors=now.vectors * by[:, None])
-    assert needless(passed, revolutions, TRAIN, of(20.0), PRICE) == [20.0]
-    assert needless(passed, revolutions, TRAIN, of(20.0), PRICE, lambda _order: by) == []
-    assert moved(passed, revolutions, TRAIN, of(20.0), PRICE, lambda _order: by) == {}
+    assert needless(passed, of(20.0), Evidence(revolutions, TRAIN, PRICE)) == [20.0]
+    assert needless(passed, of(20.0), Evidence(revolutions, TRAIN, PRICE, lambda _order: by)) == []
+    assert moved(passed, of(20.0), Evidence(revolutions, TRAIN, PRICE, lambda _order: by)) == {}
