@@ -243,13 +243,17 @@ def _least_squares(columns: FloatArray, y: FloatArray) -> tuple[float, int]:
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """Coefficients (k,) of a model with their covariance (k, k), the offsets' variance, and its log-likelihood."""
+    """Coefficients (k,) of a model with their covariance (k, k), the offsets' variance, and its log-likelihood;
+    ``spread``: the offsets' variance that is the likeliest whatever the coefficients are. What these take of the
+    offsets is no evidence that offsets are small (Patterson and Thompson, Biometrika 58 (1971) 545).
+    """
 
     index: tuple[int, ...]
     coefficients: FloatArray
     covariance: FloatArray
     variance: float
     likelihood: float
+    spread: float
 
     def of(self, columns: Sequence[int]) -> tuple[FloatArray, FloatArray]:
         """Coefficients and covariance of some columns."""
@@ -278,25 +282,30 @@ def fit(bank: Bank, index: Sequence[int], variances: Sequence[float], precision:
     """Fit the columns ``index`` with the likeliest of the offsets' ``variances`` (ascending): uphill from the last one
     and from both ends.
     """
-    tried: dict[int, Fit] = {}
+    tried: dict[int, tuple[FloatArray, FloatArray]] = {}
+    likely: dict[int, tuple[float, float]] = {}
     gram = bank.gram(index)
 
-    def at(position: int) -> float:
+    def at(position: int, restricted: bool) -> float:
         if position not in tried:
             coefficients, covariance, likelihood = solve(bank.normal(index, variances[position], gram), precision)
-            tried[position] = Fit(tuple(index), coefficients, covariance, variances[position], likelihood)
-        return tried[position].likelihood
+            taken = 0.5 * float(np.linalg.slogdet(covariance)[1]) if index else 0.0
+            tried[position], likely[position] = (coefficients, covariance), (likelihood, likelihood + taken)
+        return likely[position][restricted]
 
-    def uphill(here: int) -> int:
+    def uphill(here: int, restricted: bool) -> int:
         while True:
             around = range(max(here - 1, 0), min(here + 2, len(variances)))
-            best = max(around, key=lambda k: (at(k), k == here))
+            best = max(around, key=lambda k: (at(k, restricted), k == here))
             if best == here:
                 return here
             here = best
 
-    # what differs between recordings is in the offsets or in the columns: there may be a hill for each
+    def highest(restricted: bool) -> int:
+        # what differs between recordings is in the offsets or in the columns: there may be a hill for each
+        starts = (min(bank.likeliest, last), 0, last)
+        return max((uphill(start, restricted) for start in starts), key=lambda k: at(k, restricted))
+
     last = len(variances) - 1
-    found = max((uphill(start) for start in (min(bank.likeliest, last), 0, last)), key=at)
-    bank.likeliest = found
-    return tried[found]
+    found = bank.likeliest = highest(False)
+    return Fit(tuple(index), *tried[found], variances[found], likely[found][0], variances[highest(True)])

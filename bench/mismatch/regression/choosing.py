@@ -97,7 +97,7 @@ def best_candidate(
         return None
     best: tuple[float, Chosen] | None = None
     nominal = any(LIBRARY[effect].nominal for effect in named)
-    start = float(search.density(model.chosen).sum())
+    start = float(search.to_be_beaten(model.chosen).sum())
     for k in eligible:
         candidate = shaped(search, model.chosen, search.blocks[k].regressor)
         if candidate is None or not strength(search.model, candidate).enough:
@@ -216,7 +216,7 @@ def hidden_pair(search: Search, seen: Scan) -> list[Chosen]:
     if model.noise.independent_rows is None:
         return []
     beside = {c.effect for c in model.chosen}
-    start = float(search.density(model.chosen).sum())
+    start = float(search.to_be_beaten(model.chosen).sum())
     best: tuple[float, list[Chosen]] = (start + seen.price, [])
     for block in search.blocks:
         if block.regressor.effect not in model.problem.lacking or block.regressor.effect in beside:

@@ -38,6 +38,18 @@ def density(model: ChannelModel, blocks: Sequence[Block]) -> FloatArray:
     return predictive(model.bank, blocks, model.folds, fit_blocks(model.bank, blocks, model.variances).variance)
 
 
+def to_be_beaten(model: ChannelModel, blocks: Sequence[Block]) -> FloatArray:
+    """Log predictive density of each fold (folds,) with some blocks of a channel, which one with more has to beat.
+
+    With few recordings the offsets that are the likeliest beside the best coefficients are too small, and what is left
+    out is predicted too sure of itself: whatever makes up for that would be a gain. So the density is that with the
+    offsets that are likely whatever the coefficients are, where this one is higher.
+    """
+    fitted = fit_blocks(model.bank, blocks, model.variances)
+    variances = {fitted.variance, fitted.spread}
+    return max((predictive(model.bank, blocks, model.folds, v) for v in variances), key=lambda each: float(each.sum()))
+
+
 def squares(
     bank: Bank, blocks: Sequence[Block], folds: IntArray, variance: float, fit_zeros: bool = False
 ) -> FloatArray:

@@ -64,7 +64,7 @@ def independent(search: Search, chosen: Sequence[Chosen], one: Chosen) -> bool:
     if not kinds:
         return False
     others = without(chosen, one, model.problem.lacking)
-    gain = float(search.density(chosen).sum() - search.density(others).sum())
+    gain = float(search.density(chosen).sum() - search.to_be_beaten(others).sum())
     beside = search.scan(chosen, model.refitted(chosen)).gain
     others_alike = [b.regressor.effect != one.effect and bool(kinds & kinds_of(b.regressor)) for b in search.blocks]
     alike = beside[np.array(others_alike, dtype=bool)]
@@ -77,7 +77,7 @@ def independent(search: Search, chosen: Sequence[Chosen], one: Chosen) -> bool:
         if instead.gain[k] > instead.price and not kinds & kinds_of(search.blocks[k].regressor)
     ]
     for other in substitutes[:MOST_SUBSTITUTES]:
-        held = float(search.density([*others, other, one]).sum() - search.density([*others, other]).sum())
+        held = float(search.density([*others, other, one]).sum() - search.to_be_beaten([*others, other]).sum())
         if held < criteria.EITHER * gain:
             return False
     return True

@@ -103,7 +103,7 @@ def pruned(search: Search, chosen: Sequence[Chosen], price: float, keep: int = 1
     while len(current) > keep:
         whole = float(search.density(current).sum())
         left = [without(current, c, search.model.problem.lacking) for c in current]
-        losses = [whole - float(search.density(rest).sum()) for rest in left]
+        losses = [whole - float(search.to_be_beaten(rest).sum()) for rest in left]
         losses = [loss - description(search.model, c) for loss, c in zip(losses, current, strict=True)]
         least = int(np.argmin(losses))
         if losses[least] > price:
@@ -136,7 +136,7 @@ def _believed(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
     current = list(chosen)
     while current:
         whole = search.density(current)
-        others = [search.density(without(current, c, search.model.problem.lacking)) for c in current]
+        others = [search.to_be_beaten(without(current, c, search.model.problem.lacking)) for c in current]
         costs = [np.array([description(search.model, c), 0.0]) for c in current]
         drawn = [weights(np.array([whole, w]), search.seed, c) for w, c in zip(others, costs, strict=True)]
         share = [_odds(weight, c) for weight, c in zip(drawn, current, strict=True)]

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.mismatch import criteria
-from bench.mismatch.regression.bank import RIDGE, Bank
+from bench.mismatch.regression.bank import RIDGE, Bank, Fit
 from bench.mismatch.regression.maxima import tail, tail_probability
 from bench.mismatch.regression.sign_blocks import Units
 from bench.simulation.frame import FloatArray
@@ -64,7 +64,7 @@ def scan(
     bank: Bank,
     index: Sequence[int],
     precision: FloatArray,
-    variance: float,
+    fitted: Fit,
     residual: FloatArray,
     candidates: Sequence[tuple[int, ...]],
     extra: FloatArray,
@@ -75,20 +75,21 @@ def scan(
 ) -> Scan:
     """Scan ``candidates`` (numbers of their columns) beside the model of the columns ``index``.
 
-    ``precision`` (k,) of the model's coefficients; ``variance`` of the offsets; ``residual`` (n,) whitened, of the
-    model; ``extra`` (m,) parameters that a candidate has beyond its columns. Surrogates are the residual itself with
-    its signs drawn (``shuffled``), which is right where nothing is left in it but noise; else noise as the model has
-    it.
+    ``precision`` (k,) of the model's coefficients; ``fitted``: the model; ``residual`` (n,) whitened, of the model;
+    ``extra`` (m,) parameters that a candidate has beyond its columns. Surrogates are the residual itself with its signs
+    drawn (``shuffled``), which is right where nothing is left in it but noise; else noise as the model has it, with
+    offsets of the variance that is likely whatever the coefficients are.
 
     An effect that differs from recording to recording swells the offsets' variance, and hides behind it. So smaller
     variances are tried as well (profile likelihood), in the recordings and in each surrogate alike; not with signs
     drawn, where the residual's own offsets stand for any variance.
     """
-    drawn_from = residual if shuffled else _noise(bank, variance, seed)
+    variance = fitted.variance
+    drawn_from = residual if shuffled else _noise(bank, fitted.spread, seed)
     at = _Products.of(bank, index, residual, drawn_from, blocks, seed, shuffled)
     looks = [
         _look(bank, at, precision, v, variance, candidates, least)
-        for v in ([variance] if shuffled else _smaller(bank, variance))
+        for v in ([variance] if shuffled else _smaller(bank, fitted.spread))
     ]
     null = max(look.null for look in looks)
     nulls = np.max([look.nulls for look in looks], axis=0)

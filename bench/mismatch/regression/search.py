@@ -289,5 +289,5 @@ def _beyond_the_rest(search: Search, chosen: Sequence[Chosen], found: Chosen) ->
     if model.noise.independent_rows is None:
         return True
     others = without(chosen, found, model.problem.lacking)
-    gain = float(search.density(chosen).sum() - search.density(others).sum()) - description(model, found)
+    gain = float(search.density(chosen).sum() - search.to_be_beaten(others).sum()) - description(model, found)
     return gain >= search.scan(chosen, model.refitted(chosen), shuffled=True).price

@@ -79,7 +79,7 @@ def _slot(search: Search, tested: Chosen, whole: FloatArray, number: int) -> Slo
     others = without(model.chosen, tested, model.problem.lacking)
     fitted = model.refitted(others)
     seen = search.scan(others, fitted, least=LEAST_SHARE)
-    nothing = search.density(others)
+    nothing = search.to_be_beaten(others)
     gain = float((whole - nothing).sum())
     found = [
         c for c in _alternatives(search, tested, others, seen) if c.effect != tested.effect or tested.effect == UNKNOWN

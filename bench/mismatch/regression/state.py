@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from bench.mismatch.regression.bank import Bank, Fit
-from bench.mismatch.regression.folds import density
+from bench.mismatch.regression.folds import density, to_be_beaten
 from bench.mismatch.regression.knots import CLOSE_KNOTS, KNOTS
 from bench.mismatch.regression.model import Block, ChannelModel, Chosen
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Regressor, knots_of_table
@@ -41,6 +41,10 @@ class Search:
         """Log predictive density of each point left out, with some effects."""
         return density(self.model, self.model.blocks(chosen))
 
+    def to_be_beaten(self, chosen: Sequence[Chosen]) -> FloatArray:
+        """Log predictive density of each point left out, with some effects, that more effects have to beat."""
+        return to_be_beaten(self.model, self.model.blocks(chosen))
+
     def scan(
         self, chosen: Sequence[Chosen], fitted: Fit, shuffled: bool = False, least: float = LEAST_ENERGY_LEFT
     ) -> Scan:
@@ -54,7 +58,7 @@ class Search:
         residual = model.bank.residual(index, fitted.coefficients)
         indices = [b.indices for b in self.blocks]
         extra, cut, seed = self.extra, self.units, self.seed
-        return scan(model.bank, index, precision, fitted.variance, residual, indices, extra, cut, seed, shuffled, least)
+        return scan(model.bank, index, precision, fitted, residual, indices, extra, cut, seed, shuffled, least)
 
     def out(self, regressor: Regressor) -> bool:
         """Whether a function without a name is one of those that were refuted: of the same quantities, times the same

@@ -60,6 +60,24 @@ def test_the_likeliest_variance_of_the_offsets_is_chosen() -> None:
     assert fit(bank, index, ladder).variance == pytest.approx(0.01, rel=2.0)
 
 
+def test_terms_that_take_most_of_the_offsets_do_not_make_their_spread_small() -> None:
+    """Of twenty-four recordings sixteen are taken by terms that are one value in each: a third of the squares is left,
+    and eight offsets tell their variance.
+    """
+    frame = campaign(24)
+    small, spread = [], []
+    for seed in range(8):
+        rng = np.random.default_rng([seed, 9])
+        y = rng.normal(size=24)[frame.recording] + rng.normal(scale=SIGMA, size=frame.size)
+        bank, base = banked(problem(frame, y), SIGMA, 0.0)
+        terms = bank.add(rng.normal(size=(24, 16 - sum(len(b.indices) for b in base)))[frame.recording])
+        fitted = fit(bank, [*(i for b in base for i in b.indices), *terms], bank.variances())
+        small.append(fitted.variance)
+        spread.append(fitted.spread)
+    assert np.mean(small) < 0.5
+    assert 0.6 < np.mean(spread) < 1.7
+
+
 @pytest.mark.parametrize("begin", [0, 17, 35])
 def test_of_two_hills_of_the_likelihood_the_higher_is_found(begin: int) -> None:
     level = np.linspace(-1.0, 1.0, 8)[FRAME.recording]

@@ -41,7 +41,7 @@ def looked(seed: int, shuffled: bool, effect: float = 0.0) -> Scan:
     left = bank.residual(index, fitted.coefficients)
     blocks = units(FRAME.elapsed, bank.whitening.starts, criteria.BLOCK_S)
     none = np.zeros(len(index))
-    return scan(bank, index, none, fitted.variance, left, places, np.zeros(CANDIDATES), blocks, seed, shuffled)
+    return scan(bank, index, none, fitted, left, places, np.zeros(CANDIDATES), blocks, seed, shuffled)
 
 
 @pytest.mark.parametrize("shuffled", [False, True])
@@ -94,6 +94,6 @@ def test_a_large_effect_that_is_one_level_a_recording_is_a_candidate() -> None:
     left = bank.residual(index, fitted.coefficients)
     blocks = units(FRAME.elapsed, bank.whitening.starts, criteria.BLOCK_S)
     extra, none = np.zeros(CANDIDATES + 1), np.zeros(len(index))
-    seen = scan(bank, index, none, fitted.variance, left, places, extra, blocks, 5, False)
+    seen = scan(bank, index, none, fitted, left, places, extra, blocks, 5, False)
     assert int(np.argmax(seen.gain)) == CANDIDATES
     assert seen.gain.max() > seen.price

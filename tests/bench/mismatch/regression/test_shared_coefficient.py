@@ -21,7 +21,7 @@ def fitted(own: float, std: float) -> tuple[Block, Block, Fit]:
     lag = Block(named(LAG, TEMPERATURE, "first_order", (20.0,)), (0,), np.zeros(1))
     heating = Block(named(HEATING, TEMPERATURE, LIBRARY[HEATING].forms[TEMPERATURE][0].name), (1,), np.zeros(1))
     covariance = np.diag([std**2, (0.001 * PER_C) ** 2])
-    return lag, heating, Fit((0, 1), np.array([own, PER_C]), covariance, 0.0, 0.0)
+    return lag, heating, Fit((0, 1), np.array([own, PER_C]), covariance, 0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize(
