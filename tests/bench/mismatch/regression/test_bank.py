@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
 
 from bench.mismatch.regression.bank import RIDGE, Bank, fit
-from bench.mismatch.regression.folds import apart, predictive, weights
-from bench.mismatch.regression.model import Block
+from bench.mismatch.regression.folds import apart, predictive, to_be_beaten, weights
+from bench.mismatch.regression.model import Block, ChannelModel, fit_blocks
 from bench.simulation.frame import FloatArray
 from tests.bench.mismatch.regression.synthetic import banked, campaign, problem
 
@@ -108,6 +110,28 @@ def test_points_left_out_are_predicted_as_by_a_refit() -> None:
         # rows are whitened: densities are those of values in units of their own noise
         density += 0.5 * np.linalg.slogdet(covariance(0.0)[np.ix_(out, out)])[1]
         assert told[k] == pytest.approx(density, rel=1e-5)
+
+
+def test_offsets_told_too_small_give_nothing_away() -> None:
+    """Two more levels of some recordings, drawn at random, beside sixteen of twenty-four: noise gains by them what the
+    offsets beside the best coefficients are told too small.
+    """
+    frame = campaign(24)
+    told, fair = [], []
+    for seed in range(8):
+        rng = np.random.default_rng([seed, 9])
+        y = rng.normal(size=24)[frame.recording] + rng.normal(scale=SIGMA, size=frame.size)
+        bank, base = banked(problem(frame, y), SIGMA, 0.0)
+        terms = [bank.add(rng.normal(size=(24, k))[frame.recording]) for k in (16 - len(bank.sums()[1]), 2)]
+        blocks = [*base, *(Block(base[0].regressor, t, np.zeros(len(t))) for t in terms)]
+        own = cast("ChannelModel", SimpleNamespace(bank=bank, folds=np.arange(24), variances=bank.variances()))
+        variance = fit_blocks(bank, blocks, bank.variances()).variance
+        more = float(predictive(bank, blocks, own.folds, variance).sum())
+        less = fit_blocks(bank, blocks[:-1], bank.variances())
+        told.append(more - float(predictive(bank, blocks[:-1], own.folds, less.variance).sum()))
+        fair.append(more - float(to_be_beaten(own, blocks[:-1]).sum()))
+    assert max(told) > 0.0
+    assert max(fair) < 0.0
 
 
 def test_points_left_out_are_predicted_where_columns_are_alike() -> None:
