@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from bench.simulation.memory import campaign_lag, integral, lag, play, relaxing
 from bench.simulation.quantities import QUICK_WARMING_S, SLOW_WARMING_S, WARMING_S, quantity
-from bench.simulation.terms.te.hysteresis import BETWEEN
+from bench.simulation.terms.loops import BETWEEN
 from tests.bench.simulation.terms.frames import ROWS, STEP_S, frame
 
 FRAME = frame()
