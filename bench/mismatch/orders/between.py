@@ -110,6 +110,52 @@ def search_between(
     return out
 
 
+def instead(
+    seen: Seen,
+    revolutions: Sequence[Revolution],
+    train: NDArray[np.bool_],
+    fitted: Sequence[float],
+    fresh: Sequence[WeakOrder],
+) -> list[WeakOrder]:
+    """Whole orders that were found beside those that are ``fitted``, with an order between the whole ones in the place
+    of those at its sides where it gains more: it leaks into them, and once they are fitted nothing of it is seen.
+
+    Most orders are whole: the other one has to gain more by what the choice of a part of an order costs, and a form.
+    """
+    whole = Stage.of(seen, revolutions, train)
+    if whole is None or not fresh:
+        return list(fresh)
+    lowest = 1.0 / min(t.revolutions for t in whole.revolutions)
+    table = seen.between()[train] / whole.scale[:, None]
+    found: list[WeakOrder] = []
+    for one in fresh:
+        sides = np.arange(round((one.order - 1.0) * PARTS) + 1, round((one.order + 1.0) * PARTS))
+        grid = sides / PARTS
+        off = np.min(np.abs(np.subtract.outer(grid, np.asarray([*fitted, one.order]))), axis=1)
+        usable = (off > NEXT) & (grid > lowest) & (grid < HIGHEST_BETWEEN)
+        lines = (
+            _plainly(whole, float(f), fitted, table[:, k]) for f, k in zip(grid[usable], sides[usable], strict=True)
+        )
+        best = max(lines, key=lambda line: line.gain, default=one)
+        more = criteria.RICHER + float(np.log(PARTS))
+        found.append(best if best.gain > one.gain + more else one)
+    out: list[WeakOrder] = []
+    # what leaks into two whole orders is told once, and they are asked again beside it
+    for one in sorted(found, key=lambda w: -w.gain):
+        near = [w for w in out if abs(w.order - one.order) <= 1.0]
+        if all(w.order == round(w.order) and one.order == round(one.order) for w in near):
+            out.append(one)
+    return out
+
+
+def _plainly(whole: Stage, order: float, fitted: Sequence[float], vectors: Complex) -> WeakOrder:
+    """An order between the whole ones where it stands, with its gain."""
+    shape = float(whole.shape[round(order)])
+    stage = beside(whole, order, fitted, vectors, shape)
+    gain, number = stage.gains(stage.vectors)
+    return stage.estimated(order, MODELS[number[0]], stage.vectors[:, 0], shape, float(gain[0]))
+
+
 def _usual(energy: FloatArray, revolutions: int) -> FloatArray:
     """Energy that is usual about each part of an order (parts,), over that of noise; no less than one.
 
@@ -202,7 +248,7 @@ class Path:
         """
         stages = [beside(whole, float(f), fitted, vectors[:, i], float(shape[i])) for i, f in enumerate(orders)]
         k = int(np.argmax([self.stepped(one)[1] for one in stages]))
-        more = self.followed(stages[k])[0]
+        more = self.away_from(float(orders[k]), fitted).followed(stages[k])[0]
         order, stage = float(orders[k]), stages[k]
         if more:
             order = rounded(float(orders[k]) + more)
