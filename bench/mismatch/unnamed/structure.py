@@ -26,6 +26,7 @@ from bench.mismatch.regression.state import Search
 from bench.mismatch.regression.strength import added
 from bench.mismatch.unnamed.bursts import Bursts, bursts
 from bench.mismatch.unnamed.scatter import UNITS, Scatter, scatter
+from bench.mismatch.unnamed.steps import Steps, steps
 from bench.mismatch.unnamed.telegraph import Telegraph, telegraph
 from bench.mismatch.unnamed.tones import Tone, tone
 from bench.simulation.frame import FloatArray, Frame, IntArray
@@ -51,9 +52,13 @@ def examine(outcome: ChannelOutcome, search: Search, densities: Sequence[Density
     if louder is not None and not bursting and louder.p_value < criteria.ERROR_RATE_OF_A_CHANNEL:
         outcome.discoveries.append(_of_scatter(louder, outcome))
     jumps = None if bursting else telegraph(search)
-    jumping = jumps is not None and _size(jumps) > criteria.LEAST_STRENGTH * outcome.floor
+    jumping = jumps is not None and rms(jumps.course) > criteria.LEAST_STRENGTH * outcome.floor
     if jumps is not None and jumping and jumps.p_value < criteria.ERROR_RATE_OF_A_CHANNEL:
         outcome.discoveries.append(_of_telegraph(jumps, outcome, search.model.problem.rows.frame))
+    stepping = None if bursting or jumps is not None else steps(search, seed)
+    stepped = stepping is not None and rms(stepping.course) > criteria.LEAST_STRENGTH * outcome.floor
+    if stepping is not None and stepped and stepping.p_value < criteria.ERROR_RATE_OF_A_CHANNEL:
+        outcome.discoveries.append(_of_steps(stepping, outcome, search.model.problem.rows.frame))
     best, what, size = _mean(search)
     words = (
         f"chance that noise, with structure too small to report ({criteria.LEAST_OVERALL:g} of the noise over all, "
@@ -70,6 +75,9 @@ def examine(outcome: ChannelOutcome, search: Search, densities: Sequence[Density
     if jumps is not None:
         p = jumps.p_value
         looks["levels"] = Look(f"two levels with jumps between them (p {p:.2g})", p, p if jumping else 1.0)
+    if stepping is not None:
+        p = stepping.p_value
+        looks["steps"] = Look(f"largest step up or down (p {p:.2g})", p, p if stepped else 1.0)
     outcome.structure = Structure.of(looks)
 
 
@@ -211,9 +219,9 @@ def _of_tone(found: Tone, outcome: ChannelOutcome) -> Discovery:
     )
 
 
-def _size(jumps: Telegraph) -> float:
-    """Root mean square of a telegraph about its mean, where it was seen."""
-    seen = jumps.course[jumps.course != 0.0]
+def rms(course: FloatArray) -> float:
+    """Root mean square of a course (n,) about its mean, where it was seen."""
+    seen = course[course != 0.0]
     return float(np.sqrt(np.mean(seen**2))) if seen.size else 0.0
 
 
@@ -243,6 +251,33 @@ def _of_telegraph(jumps: Telegraph, outcome: ChannelOutcome, frame: Frame) -> Di
         jumps.p_value,
         (),
         excess=_as_compared(np.abs(jumps.course), frame, outcome),
+        squares=_unchanged(outcome),
+    )
+
+
+def _of_steps(found: Steps, outcome: ChannelOutcome, frame: Frame) -> Discovery:
+    """Steps up and down as a finding without a name: nothing recorded predicts when. ``frame``: of the rows in which
+    they were found.
+    """
+    unit = CHANNEL_UNITS[outcome.channel]
+    every = found.every / float(np.sqrt(found.number))
+    return Discovery(
+        UNNAMED,
+        UNKNOWN,
+        1.0 - found.p_value,
+        outcome.channel,
+        "steps up and down at random",
+        f"{outcome.channel} += h*s(t), s goes up or down by about 1 every T in the mean",
+        ("time",),
+        (
+            {"symbol": "h", "value": found.height, "unit": unit, "std": found.height_std},
+            {"symbol": "T", "value": found.every, "unit": "s", "std": every},
+        ),
+        np.zeros(outcome.rows.size),
+        0.0,
+        found.p_value,
+        (),
+        excess=_as_compared(np.abs(found.course), frame, outcome),
         squares=_unchanged(outcome),
     )
 
