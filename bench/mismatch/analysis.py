@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -27,6 +28,7 @@ from bench.mismatch.power_zeros import chosen as zeros_chosen
 from bench.mismatch.prediction import corrected
 from bench.mismatch.problems import base_of, capacity_of, periodicity_of, problem_of, usable, wandering_zero
 from bench.mismatch.recordings.dataset import Dataset
+from bench.mismatch.recordings.read_again import runs_of
 from bench.mismatch.recordings.rows import HEAT_S, Rows
 from bench.mismatch.regression.bank import Fit
 from bench.mismatch.regression.candidates import ROTATING
@@ -166,7 +168,8 @@ def _ask_for_tone(out: Analysis, data: Dataset, outcome: ChannelOutcome, seed: i
     """
     channel = outcome.channel
     orders = () if channel == TEMPERATURE else _orders_of(out)
-    look_for_tone(outcome, data.density.get(channel, ()), seed, orders, data.unsteady.get(channel, ()))
+    runs = partial(runs_of, data, channel)
+    look_for_tone(outcome, data.density.get(channel, ()), seed, orders, data.unsteady.get(channel, ()), runs)
 
 
 def _beside_orders(out: Analysis, data: Dataset, given: Given, problem: ChannelProblem, seed: int) -> Search:

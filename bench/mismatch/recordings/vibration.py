@@ -45,6 +45,18 @@ class Density:
 
 
 @dataclass(frozen=True, slots=True)
+class Run:
+    """Samples (n,) of a channel in one recording's longest run in motion, at ``rate`` Hz; ``rotation_rate`` output
+    revolutions a second. What is not valid has the median.
+    """
+
+    recording: int
+    samples: FloatArray
+    rate: float
+    rotation_rate: float
+
+
+@dataclass(frozen=True, slots=True)
 class ShaftSpectrum:
     """Amplitudes a + j·b of a·cos(nθ_m) + b·sin(nθ_m) in one recording's motor torque, n = 0 … HIGHEST_SHAFT_ORDER.
 
@@ -95,8 +107,13 @@ def _hann(size: int) -> FloatArray:
 
 
 def density(prepared: Prepared, channel: str, steady: bool = True) -> Density | None:
-    """Density of a channel's longest ``steady`` run, or of its longest in motion (Welch's method, Hann window); None
-    where that is too short.
+    """Density of a channel's longest ``steady`` run, or of its longest in motion; None where that is too short."""
+    run = run_of(prepared, channel, steady)
+    return None if run is None else density_of(run)
+
+
+def run_of(prepared: Prepared, channel: str, steady: bool = True) -> Run | None:
+    """A channel's longest ``steady`` run, or its longest in motion; None where that is too short for a spectrum.
 
     That of the load torque is of what the load motor does not report, that of the motor torque of what is no reaction
     to the load: a load that wavers is no noise.
@@ -105,10 +122,8 @@ def density(prepared: Prepared, channel: str, steady: bool = True) -> Density | 
     rate = prepared.sample_rate * thinning.group
     a, b = longest_run((frame.direction != 0) & ((frame.steady > 0.5) | (not steady)))
     a, b = a * thinning.group, b * thinning.group
-    sizes = [round(length * rate) for length in SEGMENTS_S if b - a >= round(length * rate)]
-    if not sizes:
+    if b - a < round(min(SEGMENTS_S) * rate):
         return None
-    size = sizes[0]
     valid = measured.valid[a:b]
     signal = measured.samples[a:b]
     if channel == LOAD_TORQUE:
@@ -116,17 +131,25 @@ def density(prepared: Prepared, channel: str, steady: bool = True) -> Density | 
     elif channel == MOTOR_TORQUE:
         signal = signal - thinning.spread(frame.torque, measured.samples.size)[a:b] / frame.ratio
     signal = np.where(valid, signal, float(np.median(signal[valid])) if valid.any() else 0.0)
-    number = 1 + (b - a - size) // (size // 2)
-    parts = np.lib.stride_tricks.sliding_window_view(signal, size)[:: size // 2][:number]
+    rotation = abs(float(np.median(frame.velocity[a // thinning.group : b // thinning.group]))) / (2.0 * np.pi)
+    return Run(int(frame.recording[0]), signal, rate, rotation)
+
+
+def density_of(run: Run) -> Density | None:
+    """Density of a run (Welch's method, Hann window); None where it is shorter than each of :data:`SEGMENTS_S`."""
+    sizes = [round(length * run.rate) for length in SEGMENTS_S if run.samples.size >= round(length * run.rate)]
+    if not sizes:
+        return None
+    size = sizes[0]
+    number = 1 + (run.samples.size - size) // (size // 2)
+    parts = np.lib.stride_tricks.sliding_window_view(run.samples, size)[:: size // 2][:number]
     line = np.linspace(-1.0, 1.0, size)
     level, slope = parts.mean(axis=1), parts @ line / (line @ line)
     taper = _hann(size)
     lines = np.fft.rfft((parts - level[:, None] - slope[:, None] * line) * taper, axis=1)
-    power = 2.0 * np.mean(np.abs(lines) ** 2, axis=0) / (rate * float(np.sum(taper**2)))
-    rotation = abs(float(np.median(frame.velocity[a // thinning.group : b // thinning.group]))) / (2.0 * np.pi)
-    return Density(
-        int(frame.recording[0]), power.astype(np.float32), rate / size, max(0.9 * number, 1.0), rate, rotation
-    )
+    power = 2.0 * np.mean(np.abs(lines) ** 2, axis=0) / (run.rate * float(np.sum(taper**2)))
+    averaged = max(0.9 * number, 1.0)
+    return Density(run.recording, power.astype(np.float32), run.rate / size, averaged, run.rate, run.rotation_rate)
 
 
 def shaft_spectrum(prepared: Prepared) -> ShaftSpectrum | None:

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import norm
+from scipy.stats import t as student
 
 from bench.simulation.frame import FloatArray
 
@@ -17,6 +19,8 @@ SURROGATES = 200
 """draws of the recordings with replacement"""
 FEWEST = 3
 """recordings in which all three bins are seen, for the offset to be told from them"""
+UPPER = 0.975
+"""upper end of a two-sided interval of 95 %"""
 BINS = np.arange(-1, 2)
 """the bin of the maximum and those beside it"""
 NOISE_BANDWIDTH = 1.5
@@ -54,6 +58,8 @@ def measured(excess: FloatArray, step: float, seed: int) -> SpectralLine:
             drawn, size = _line(excess[rows], known[rows], step, some)
             again.append((drawn, np.sqrt(2.0 * np.median(size))))
     offset_std, amplitude_std = np.std(np.array(again), axis=0)
+    if beside:
+        offset_std *= _of_few(int(np.count_nonzero(known)))
     return SpectralLine(
         offset, float(offset_std), float(np.sqrt(2.0 * np.median(squares))), float(amplitude_std), squares
     )
@@ -62,6 +68,13 @@ def measured(excess: FloatArray, step: float, seed: int) -> SpectralLine:
 def mean_square(excess: FloatArray, offset: float, step: float) -> FloatArray:
     """Mean squares (...) of a line at an ``offset`` with power densities (..., 3) beyond the noise."""
     return np.asarray(np.maximum(excess.sum(axis=-1), 0.0) * step * NOISE_BANDWIDTH / _response(offset).sum())
+
+
+def _of_few(number: int) -> float:
+    """What the standard deviation over draws of ``number`` recordings is multiplied by: draws with replacement have
+    (n - 1) / n of the variance, and the interval of 95 % is Student's.
+    """
+    return float(np.sqrt(number / (number - 1.0)) * student.ppf(UPPER, number - 1) / norm.ppf(UPPER))
 
 
 def _line(excess: FloatArray, known: NDArray[np.bool_], step: float, offset: float | None) -> tuple[float, FloatArray]:

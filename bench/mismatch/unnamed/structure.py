@@ -8,7 +8,7 @@ is left may jump between two levels.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +16,7 @@ import numpy as np
 from bench.mismatch import criteria
 from bench.mismatch.discovery import BURSTS, TONE, UNKNOWN, UNNAMED, ChannelOutcome, Discovery, Look, Structure
 from bench.mismatch.recordings.rows import settled_rows
-from bench.mismatch.recordings.vibration import Density
+from bench.mismatch.recordings.vibration import Density, Run
 from bench.mismatch.regression.candidates import PATH, PERIODIC
 from bench.mismatch.regression.maxima import tail_probability
 from bench.mismatch.regression.model import explained, of_start, unrefined
@@ -28,6 +28,7 @@ from bench.mismatch.unnamed.bursts import Bursts, bursts
 from bench.mismatch.unnamed.scatter import UNITS, Scatter, scatter
 from bench.mismatch.unnamed.steps import Steps, steps
 from bench.mismatch.unnamed.telegraph import Telegraph, telegraph
+from bench.mismatch.unnamed.tone_frequency import MOST_RECORDINGS, frequency_of
 from bench.mismatch.unnamed.tones import Tone, tone
 from bench.simulation.frame import FloatArray, Frame, IntArray
 from bench.simulation.terms import CHANNEL_UNITS, MOTOR_TORQUE, TRANSMISSION_ERROR
@@ -87,9 +88,11 @@ def look_for_tone(
     seed: int = 0,
     orders: Sequence[float] = (),
     unsteady: Sequence[Density] = (),
+    runs: Callable[[Sequence[int]], Sequence[Run]] = lambda _: (),
 ) -> None:
     """Ask an outcome that was examined for a tone, and add it. ``orders`` that the channel feels are no tones: where
     recordings share their speeds an order is as much one. Recordings that are ``unsteady`` have a tone as well.
+    ``runs`` of some recordings, by their numbers, in which its phase is followed.
     """
     assert outcome.structure is not None
     found = tone(densities, seed, orders, unsteady)
@@ -97,6 +100,9 @@ def look_for_tone(
         return
     matters = _matters(found, outcome)
     if matters and found.p_value < criteria.ERROR_RATE_OF_A_CHANNEL:
+        sharper = frequency_of(runs(found.heard[:MOST_RECORDINGS]), found.frequency)
+        if sharper is not None:
+            found = replace(found, frequency=sharper.value, frequency_std=sharper.std)
         outcome.discoveries.append(_of_tone(found, outcome))
     look = Look(f"clearest tone (p {found.p_value:.2g})", found.p_value, found.p_value if matters else 1.0)
     outcome.structure = Structure.of({**outcome.structure.looks, TONE: look})

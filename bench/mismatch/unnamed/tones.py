@@ -43,7 +43,8 @@ _FEWEST_ABOUT = 7
 @dataclass(frozen=True, slots=True)
 class Tone:
     """Frequency (Hz) and amplitude with their standard deviations, chance in noise, the recordings by power, and the
-    tone's mean square in each of them; ``everywhere``: whether it was heard at most speeds, and not at some.
+    tone's mean square in each of them; ``everywhere``: whether it was heard at most speeds, and not at some;
+    ``heard``: recordings in which nothing known covers it, the strongest first, of those that tell the frequency.
     """
 
     frequency: float
@@ -54,6 +55,7 @@ class Tone:
     recordings: tuple[int, ...]
     squares: tuple[float, ...] = ()
     everywhere: bool = True
+    heard: tuple[int, ...] = ()
 
 
 def tone(
@@ -106,16 +108,32 @@ def tone(
     if some is not None and not everywhere:
         peak, p = some.frequency, some.p_value
         rows = np.flatnonzero(np.nan_to_num(ratio[:, peak]) >= some.least)
+    peak = _crest(ratio[rows], peak)
     line = measured(beyond[rows, peak : peak + 3], step, seed)
     at = first + peak + line.offset
     held = {comparable[k].recording: float(square) for k, square in zip(rows, line.squares, strict=True)}
     held |= {d.recording: _mean_square(d, at * step) for d in (*comparable, *unsteady) if d.recording not in held}
     strongest = sorted(held, key=lambda recording: -held[recording])
     squares = tuple(held[recording] for recording in strongest)
+    clear = {comparable[k].recording for k in rows if np.isfinite(beyond[k, peak : peak + 3]).all()}
+    heard = tuple(recording for recording in strongest if recording in clear)
     # two ways to be a tone were asked
     p = float(np.clip(2.0 * p, criteria.LEAST_P, 1.0))
     size = (line.amplitude, line.amplitude_std)
-    return Tone(at * step, line.offset_std * step, *size, p, tuple(strongest), squares, everywhere)
+    return Tone(at * step, line.offset_std * step, *size, p, tuple(strongest), squares, everywhere, heard)
+
+
+def _crest(ratio: FloatArray, peak: int) -> int:
+    """The loudest frequency of a line that stands out at a ``peak``, in the geometric mean of the power over the noise
+    (rows, frequencies): where it is far above the noise, the frequencies beside it may stand out as surely, and what
+    else is in one recording counts little.
+    """
+    first = max(peak - _LEAK, 0)
+    near = np.maximum(ratio[:, first : peak + _LEAK + 1], 1.0)
+    number = np.isfinite(near).sum(axis=0)
+    mean = np.nansum(np.log(near), axis=0) / np.maximum(number, 1)
+    # a frequency that few recordings have not covered says little
+    return first + int(np.argmax(np.where(2 * number >= number[peak - first], mean, -np.inf)))
 
 
 def _mean_square(one: Density, frequency: float) -> float:

@@ -12,7 +12,9 @@ from hypothesis import strategies as st
 
 from bench.mismatch.recordings import thinning as module
 from bench.mismatch.recordings.loading import load
+from bench.mismatch.recordings.read_again import runs_of
 from bench.mismatch.recordings.thinning import Thinning, group_of
+from bench.mismatch.recordings.vibration import density_of
 from bench.recording import write_recording
 from bench.recording.header import ChannelSpec, Gearbox, RecordingHeader, Segment, Setpoint
 
@@ -113,3 +115,9 @@ def test_a_recording_at_2_khz_says_the_same_in_groups(tmp_path: Path, monkeypatc
     assert len(heard[0]) == len(heard[1])
     for one, other in zip(*heard, strict=True):
         assert np.median(one.power) == pytest.approx(np.median(other.power), rel=0.02)
+    # and are the same when some recordings are read again
+    again = [density_of(run) for run in runs_of(grouped, "motor_torque", [4, 1])]
+    assert [one.recording for one in again if one is not None] == [1, 4]
+    for one, number in zip(again, (1, 4), strict=True):
+        assert one is not None
+        assert one.power == pytest.approx(heard[0][number].power, rel=1e-4)
