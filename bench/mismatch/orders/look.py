@@ -25,6 +25,8 @@ from bench.simulation.waves import kept_by_mean, of_orders
 Complex = NDArray[np.complex128]
 
 HIGHEST_ORDER = 1500
+CLOSE = 1e-12
+"""relative accuracy of sums at any orders: two that are near each other in one revolution are told apart by little"""
 PARTS = 12
 """of an order: halves, thirds, quarters and sixths stand between the whole ones where ratios are no whole numbers"""
 
@@ -57,6 +59,19 @@ class Shown:
     left: Complex
     white: float
     rest: Rest
+
+
+@dataclass(frozen=True, slots=True)
+class _Sums:
+    """Sums of exp(j*f*theta) over the rows, for k orders: times the weights at differences ``minus`` and totals
+    ``plus`` of two orders (k, k); at the orders (k,) times the ``weight``, that times the ``line``, that times ``y``.
+    """
+
+    minus: Complex
+    plus: Complex
+    weight: Complex
+    line: Complex
+    y: Complex
 
 
 class Look:
@@ -111,12 +126,10 @@ class Look:
         """Coefficients: constant, line, cosines, sines."""
         parts = parts_of(orders)
         if parts and float(orders.max()) <= HIGHEST_ORDER:
-            normal, right = self._by_fft(y, weight, np.round(orders * parts).astype(np.int64), parts)
+            sums = self._by_fft(y, weight, np.round(orders * parts).astype(np.int64), parts)
         else:
-            waves = self.theta[:, None] * orders
-            design = np.column_stack([np.ones(self.theta.size), self.line, np.cos(waves), np.sin(waves)])
-            weighted = design * weight[:, None]
-            normal, right = weighted.T @ design, weighted.T @ y
+            sums = self._anywhere(y, weight, orders)
+        normal, right = self._equations(y, weight, sums)
         normal[np.diag_indices_from(normal)] *= 1.0 + 1e-10
         return np.asarray(np.linalg.solve(normal, right))
 
@@ -130,29 +143,50 @@ class Look:
             return both
         return known
 
-    def _by_fft(
-        self, y: FloatArray, weight: FloatArray, orders: NDArray[np.int64], parts: int
-    ) -> tuple[FloatArray, FloatArray]:
+    def _by_fft(self, y: FloatArray, weight: FloatArray, orders: NDArray[np.int64], parts: int) -> _Sums:
+        """Sums for multiples of an order's part."""
         highest = int(orders.max())
         w, ws = self._of_weights(weight, highest, parts)
         wy = self._spectrum(weight * y, highest, parts)
-        k = orders.size
         difference, total = orders[:, None] - orders[None, :], orders[:, None] + orders[None, :]
-        c_minus, s_minus = w.real[np.abs(difference)], np.sign(difference) * w.imag[np.abs(difference)]
-        c_plus, s_plus = w.real[total], w.imag[total]
+        minus = w[np.abs(difference)]
+        return _Sums(np.where(difference < 0, np.conj(minus), minus), w[total], w[orders], ws[orders], wy[orders])
+
+    def _anywhere(self, y: FloatArray, weight: FloatArray, orders: FloatArray) -> _Sums:
+        """Sums for any orders (non-uniform FFT from any angles to any orders)."""
+        middle, k = float(self.theta.mean()), orders.size
+        angle = self.theta - middle
+
+        def at(values: FloatArray, asked: FloatArray) -> Complex:
+            strengths = np.ascontiguousarray(values.astype(np.complex128))
+            turned = finufft.nufft1d3(angle, strengths, asked, eps=CLOSE, isign=1, nthreads=1)
+            return np.asarray(turned * np.exp(1j * asked * middle))
+
+        rows, columns = np.triu_indices(k)
+        asked = np.concatenate([orders[rows] - orders[columns], orders[rows] + orders[columns], orders])
+        of_weight = at(weight, np.ascontiguousarray(asked))
+        minus, plus = (np.empty((k, k), dtype=np.complex128) for _ in range(2))
+        minus[rows, columns], plus[rows, columns] = of_weight[: rows.size], of_weight[rows.size : 2 * rows.size]
+        minus[columns, rows], plus[columns, rows] = np.conj(minus[rows, columns]), plus[rows, columns]
+        asked = np.ascontiguousarray(orders, dtype=np.float64)
+        return _Sums(minus, plus, of_weight[2 * rows.size :], at(weight * self.line, asked), at(weight * y, asked))
+
+    def _equations(self, y: FloatArray, weight: FloatArray, sums: _Sums) -> tuple[FloatArray, FloatArray]:
+        """Normal matrix and right side of constant, line, cosines and sines."""
+        k = sums.weight.size
         normal = np.empty((2 * k + 2, 2 * k + 2))
-        normal[2 : 2 + k, 2 : 2 + k] = 0.5 * (c_minus + c_plus)
-        normal[2 + k :, 2 + k :] = 0.5 * (c_minus - c_plus)
+        normal[2 : 2 + k, 2 : 2 + k] = 0.5 * (sums.minus.real + sums.plus.real)
+        normal[2 + k :, 2 + k :] = 0.5 * (sums.minus.real - sums.plus.real)
         # cos(f)*sin(g) = (sin(g + f) + sin(g - f))/2
-        normal[2 : 2 + k, 2 + k :] = 0.5 * (s_plus - s_minus)
+        normal[2 : 2 + k, 2 + k :] = 0.5 * (sums.plus.imag - sums.minus.imag)
         normal[2 + k :, 2 : 2 + k] = normal[2 : 2 + k, 2 + k :].T
-        normal[0, 0], normal[0, 1], normal[1, 1] = w[0].real, ws[0].real, float(np.sum(weight * self.line**2))
+        weighted = weight * self.line
+        normal[0, 0], normal[0, 1], normal[1, 1] = weight.sum(), weighted.sum(), float(weighted @ self.line)
         normal[1, 0] = normal[0, 1]
-        normal[0, 2:] = np.concatenate([w.real[orders], w.imag[orders]])
-        normal[1, 2:] = np.concatenate([ws.real[orders], ws.imag[orders]])
+        normal[0, 2:] = np.concatenate([sums.weight.real, sums.weight.imag])
+        normal[1, 2:] = np.concatenate([sums.line.real, sums.line.imag])
         normal[2:, 0], normal[2:, 1] = normal[0, 2:], normal[1, 2:]
-        means = [wy[0].real, float(np.sum(weight * self.line * y))]
-        return normal, np.concatenate([means, wy.real[orders], wy.imag[orders]])
+        return normal, np.concatenate([[weight @ y, weighted @ y], sums.y.real, sums.y.imag])
 
     def _sum(self, beta: FloatArray, orders: FloatArray) -> FloatArray:
         """The fitted waves at the rows."""
