@@ -51,7 +51,8 @@ has hundreds that are no order
 """
 HALF = 0.5
 """share of what stands at an order, beyond noise, that it says at least where it is an order: the rest is that of its
-neighbours. A tone is heard with another phase in each revolution, and says less of itself.
+neighbours. A tone is heard with another phase in each revolution, and says less of itself. And the share of an order
+that fitted ones leave, where it is asked in the place of a whole one.
 """
 
 
@@ -133,6 +134,8 @@ def instead(
         grid = sides / PARTS
         off = np.min(np.abs(np.subtract.outer(grid, np.asarray([*fitted, one.order]))), axis=1)
         usable = (off > NEXT) & (grid > lowest) & (grid < HIGHEST_BETWEEN)
+        # of one that fitted orders hide something is seen at each of many places
+        usable[usable] = [whole.share(float(f), fitted) >= HALF for f in grid[usable]]
         lines = (
             _plainly(whole, float(f), fitted, table[:, k]) for f, k in zip(grid[usable], sides[usable], strict=True)
         )
