@@ -8,6 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
+from bench.mismatch.recordings.rows import settled_rows
+from bench.mismatch.regression.model import explained
+from bench.mismatch.regression.state import Search
 from bench.simulation.frame import FloatArray, Frame, IntArray
 
 BIN_S = 1.0
@@ -44,6 +47,28 @@ class Pieces:
     def every_bin(self) -> Pieces:
         """The same with the outliers: short stays are among them."""
         return replace(self, weight=self.with_outliers)
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """What a channel's model leaves of the training rows in steady motion: which of its ``rows`` (n,), their ``frame``,
+    what is ``left`` (n,), ``number`` (n,) of samples.
+    """
+
+    rows: IntArray
+    frame: Frame
+    left: FloatArray
+    number: FloatArray
+
+
+def in_steady_motion(search: Search) -> Shown | None:
+    """What a search's model leaves in steady motion; None of an integral, and where no speeds were set."""
+    problem = search.model.problem
+    if problem.spec.integral or problem.free:
+        return None
+    rows = np.flatnonzero(problem.train & settled_rows(problem.rows.frame))
+    left = (problem.rows.y - explained(search.model))[rows]
+    return Shown(rows, problem.rows.frame.take(rows), left, np.asarray(problem.rows.number[rows], dtype=np.float64))
 
 
 def binned(frame: Frame, left: FloatArray, number: FloatArray) -> Pieces | None:

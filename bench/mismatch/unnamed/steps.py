@@ -13,12 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from bench.mismatch.recordings.rows import settled_rows
 from bench.mismatch.regression.maxima import tail_probability
-from bench.mismatch.regression.model import explained
 from bench.mismatch.regression.noise import robust_spread
 from bench.mismatch.regression.state import Search
-from bench.mismatch.unnamed.binned import BIN_S, binned, means
+from bench.mismatch.unnamed.binned import BIN_S, binned, in_steady_motion, means
 from bench.simulation.frame import FloatArray, IntArray
 
 SIDES = 2
@@ -47,14 +45,9 @@ class Steps:
 
 def steps(search: Search, seed: int = 0) -> Steps | None:
     """Steps up and down in what a channel's model leaves in steady motion; None where too few stand out."""
-    problem = search.model.problem
-    if problem.spec.integral or problem.free:
-        return None
-    rows = np.flatnonzero(problem.train & settled_rows(problem.rows.frame))
-    left = (problem.rows.y - explained(search.model))[rows]
-    number = np.asarray(problem.rows.number[rows], dtype=np.float64)
-    pieces = binned(problem.rows.frame.take(rows), left, number)
-    if pieces is None:
+    shown = in_steady_motion(search)
+    pieces = None if shown is None else binned(shown.frame, shown.left, shown.number)
+    if shown is None or pieces is None:
         return None
     seen = pieces.weight > 0.0
     step = _steps(pieces.values, seen)
@@ -65,8 +58,8 @@ def steps(search: Search, seed: int = 0) -> Steps | None:
     heights = step[at]
     if min(int(np.sum(heights > 0.0)), int(np.sum(heights < 0.0))) < FEWEST_EACH_WAY:
         return None
-    course = np.zeros(problem.rows.size)
-    course[rows[pieces.rows]] = _course(heights, at, seen)[pieces.piece, pieces.bin]
+    course = np.zeros(search.model.problem.rows.size)
+    course[shown.rows[pieces.rows]] = _course(heights, at, seen)[pieces.piece, pieces.bin]
     return Steps(
         float(np.median(np.abs(heights))),
         robust_spread(np.abs(heights)) / float(np.sqrt(heights.size)),

@@ -16,10 +16,8 @@ import numpy as np
 from scipy.special import logsumexp
 
 from bench.mismatch import criteria
-from bench.mismatch.recordings.rows import settled_rows
-from bench.mismatch.regression.model import explained
 from bench.mismatch.regression.state import Search
-from bench.mismatch.unnamed.binned import BIN_S, Pieces, binned
+from bench.mismatch.unnamed.binned import BIN_S, Pieces, binned, in_steady_motion
 from bench.mismatch.unnamed.gaussian_noise import best_likelihood
 from bench.mismatch.unnamed.two_levels import Chain, added, fitted_chain, jumps, log_likelihood
 from bench.simulation.frame import FloatArray
@@ -49,23 +47,20 @@ class Telegraph:
 
 def telegraph(search: Search) -> Telegraph | None:
     """The clearest telegraph in what a channel's model leaves in steady motion; None where none can be told."""
-    problem = search.model.problem
-    if problem.spec.integral or problem.free:
+    shown = in_steady_motion(search)
+    if shown is None:
         return None
-    rows = np.flatnonzero(problem.train & settled_rows(problem.rows.frame))
-    frame = problem.rows.frame.take(rows)
-    left = (problem.rows.y - explained(search.model))[rows]
-    number = np.asarray(problem.rows.number[rows], dtype=np.float64)
+    frame = shown.frame
     looks: list[Telegraph] = []
     for times in FACTORS:
-        pieces = binned(frame, left * factor(times, frame), number)
+        pieces = binned(frame, shown.left * factor(times, frame), shown.number)
         if pieces is None:
             return None
         found = _look(pieces, criteria.LEAST_STRENGTH * search.model.floor)
         if found is not None:
-            course = np.zeros(problem.rows.size)
+            course = np.zeros(search.model.problem.rows.size)
             values = added(pieces, found[0])[pieces.piece, pieces.bin]
-            course[rows[pieces.rows]] = values * factor(times, frame)[pieces.rows]
+            course[shown.rows[pieces.rows]] = values * factor(times, frame)[pieces.rows]
             chain, chance = found
             # single bins that stand out are no evidence of jumps; where there are jumps they are short stays
             chain = fitted_chain(pieces.every_bin()) or chain
