@@ -26,7 +26,7 @@ class Loops:
     """What loops are over: ``level(frame)`` the torque without slow noise (n,), called ``torque`` in equations.
 
     What they add to (``output``); the ``size`` of a loop, its ``width`` and the ``rate`` at which it forgets;
-    ``relaxing``: name of the form that relaxes.
+    ``relaxing``: name of the form that relaxes; ``widest_stack``: of the largest torque, the middle of a stack's plays.
     """
 
     level: Callable[[Frame], FloatArray]
@@ -36,6 +36,7 @@ class Loops:
     width: Symbol
     rate: Symbol
     relaxing: str
+    widest_stack: float = WIDEST
 
     def forms(self) -> tuple[Form, ...]:
         """Play, a state that relaxes (Dahl), and a stack of plays, each with what it does between recordings; and a
@@ -102,7 +103,7 @@ class Loops:
     def widths_of_a_stack(self, frame: Frame) -> tuple[Point, ...]:
         """Widths of a stack's middle play to try."""
         largest = top(self.level(frame))
-        return logarithmic(NARROWEST_STACK * largest, WIDEST * largest, 4)
+        return logarithmic(NARROWEST_STACK * largest, self.widest_stack * largest, 4)
 
     def _play(self, between: Between) -> Columns:
         def regressors(frame: Frame, point: Point) -> FloatArray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bench.simulation.terms.base import LOAD_TORQUE, Symbol, Term
-from bench.simulation.terms.loops import Loops
+from bench.simulation.terms.loops import STACK, WIDEST, Loops
 
 LOOPS = Loops(
     level=lambda frame: frame.load_motor_level,
@@ -13,6 +13,8 @@ LOOPS = Loops(
     width=Symbol("w_h", "N*m", "torque over which the loop turns", 0.0),
     rate=Symbol("r", "1/s", "rate at which the loop forgets, for the load wavers to and fro", 0.0),
     relaxing="dahl",
+    # the simulation has a compliance, which is what the widest play of a stack looks like, but no gain of the sensor
+    widest_stack=WIDEST / max(STACK),
 )
 
 TERM = Term(
