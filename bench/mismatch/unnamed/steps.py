@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from bench.mismatch.regression.maxima import tail_probability
-from bench.mismatch.regression.noise import robust_spread
 from bench.mismatch.regression.state import Search
 from bench.mismatch.unnamed.binned import BIN_S, binned, in_steady_motion, means
 from bench.simulation.frame import FloatArray, IntArray
@@ -30,13 +29,13 @@ FEWEST_EACH_WAY = 2
 
 @dataclass(frozen=True, slots=True)
 class Steps:
-    """Steps of a residual: their median ``height`` and how well the scatter of so many tells it, their ``number``, the
-    mean time from one to the next (s), the p-value of the largest; ``course`` (n,): what they add to each row, about
-    the mean of its piece.
+    """Steps of a residual: their median ``height``, their ``number``, the mean time from one to the next (s), the
+    p-value of the largest; ``course`` (n,): what they add to each row, about the mean of its piece.
+
+    How uncertain the height is is not known: what was fitted has absorbed a part of each step.
     """
 
     height: float
-    height_std: float
     number: int
     every: float
     p_value: float
@@ -62,7 +61,6 @@ def steps(search: Search, seed: int = 0) -> Steps | None:
     course[shown.rows[pieces.rows]] = _course(heights, at, seen)[pieces.piece, pieces.bin]
     return Steps(
         float(np.median(np.abs(heights))),
-        robust_spread(np.abs(heights)) / float(np.sqrt(heights.size)),
         heights.size,
         BIN_S * float(seen.sum()) / heights.size,
         tail_probability(chance, float(np.nanmax(size))),

@@ -276,7 +276,7 @@ def _of_steps(found: Steps, outcome: ChannelOutcome, frame: Frame) -> Discovery:
         f"{outcome.channel} += h*s(t), s goes up or down by about 1 every T in the mean",
         ("time",),
         (
-            {"symbol": "h", "value": found.height, "unit": unit, "std": found.height_std},
+            {"symbol": "h", "value": found.height, "unit": unit, "std": None},
             {"symbol": "T", "value": found.every, "unit": "s", "std": every},
         ),
         np.zeros(outcome.rows.size),
