@@ -22,6 +22,8 @@ from bench.mismatch.orders.revolutions import HIGHEST_BETWEEN, Complex, Revoluti
 from bench.mismatch.orders.weak import LEAK, MODELS, Stage, WeakOrder
 from bench.simulation.frame import FloatArray
 
+EXACT = 1e-6
+"""orders that differ by less are one"""
 SIDE_LINES = 1.5
 """orders about a summit of the energy within which its cause may stand: beside a fitted order a wave is seen at its
 sides
@@ -54,6 +56,11 @@ HALF = 0.5
 neighbours. A tone is heard with another phase in each revolution, and says less of itself. And the share of an order
 that fitted ones leave, where it is asked in the place of a whole one.
 """
+
+
+def is_between(order: float) -> bool:
+    """Whether an order is no whole number."""
+    return abs(order - round(order)) > EXACT
 
 
 def search_between(
@@ -137,7 +144,8 @@ def instead(
         # of one that fitted orders hide something is seen at each of many places
         usable[usable] = [whole.share(float(f), fitted) >= HALF for f in grid[usable]]
         lines = (
-            _plainly(whole, float(f), fitted, table[:, k]) for f, k in zip(grid[usable], sides[usable], strict=True)
+            _plainly(beside(whole, float(f), fitted, table[:, k], float(whole.shape[round(f)])), float(f))
+            for f, k in zip(grid[usable], sides[usable], strict=True)
         )
         best = max(lines, key=lambda line: line.gain, default=one)
         more = criteria.RICHER + float(np.log(PARTS))
@@ -146,17 +154,15 @@ def instead(
     # what leaks into two whole orders is told once, and they are asked again beside it
     for one in sorted(found, key=lambda w: -w.gain):
         near = [w for w in out if abs(w.order - one.order) <= 1.0]
-        if all(w.order == round(w.order) and one.order == round(one.order) for w in near):
+        if not near or not any(is_between(w.order) for w in (one, *near)):
             out.append(one)
     return out
 
 
-def _plainly(whole: Stage, order: float, fitted: Sequence[float], vectors: Complex) -> WeakOrder:
-    """An order between the whole ones where it stands, with its gain."""
-    shape = float(whole.shape[round(order)])
-    stage = beside(whole, order, fitted, vectors, shape)
+def _plainly(stage: Stage, order: float) -> WeakOrder:
+    """The one ``order`` of a stage, with the best of the models and its gain."""
     gain, number = stage.gains(stage.vectors)
-    return stage.estimated(order, MODELS[number[0]], stage.vectors[:, 0], shape, float(gain[0]))
+    return stage.estimated(order, MODELS[number[0]], stage.vectors[:, 0], float(stage.shape[0]), float(gain[0]))
 
 
 def _usual(energy: FloatArray, revolutions: int) -> FloatArray:
@@ -257,13 +263,12 @@ class Path:
             order = rounded(float(orders[k]) + more)
             rotated = self.rotated(vectors[:, k], np.array([more]))[:, 0]
             stage = beside(whole, order, fitted, rotated, float(shape[k]))
-        gain = float(stage.gains(stage.vectors)[0][0]) - (self.price if more else 0.0)
+        line = _plainly(stage, order)
+        line = replace(line, gain=line.gain - (self.price if more else 0.0))
         nearest = int(np.argmin(np.abs(orders - order)))
-        plain = float(stages[nearest].gains(stages[nearest].vectors)[0][0])
-        if plain >= gain:
-            order, stage, gain = float(orders[nearest]), stages[nearest], plain
-        _, number = stage.gains(stage.vectors)
-        line = stage.estimated(order, MODELS[number[0]], stage.vectors[:, 0], float(stage.shape[0]), gain)
+        plain = _plainly(stages[nearest], float(orders[nearest]))
+        if plain.gain >= line.gain:
+            line, stage = plain, stages[nearest]
         return line if _explained_share(stage, line) >= HALF else None
 
 

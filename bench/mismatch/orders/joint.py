@@ -12,15 +12,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.mismatch.orders.between import FARTHEST, NEXT, SIDE_LINES, Path, left_of, rounded
+from bench.mismatch.orders.between import EXACT, FARTHEST, NEXT, SIDE_LINES, Path, is_between, left_of, rounded
 from bench.mismatch.orders.look import PARTS
 from bench.mismatch.orders.revolutions import Complex, Revolution, Seen
 from bench.mismatch.orders.weak import Stage, WeakOrder
 
 SETTLINGS = 3
 """times that found orders are moved and asked again"""
-EXACT = 1e-6
-"""orders that differ by less are one"""
 BESIDE_WHOLE = 2.0 * NEXT
 """by how much an order that was found as a whole one may be off: farther from it, it is found for itself, and a whole
 one would only go to a place where the phases are nearly alike
@@ -48,11 +46,6 @@ class Evidence:
     train: NDArray[np.bool_]
     price: float
     answer: Answer = no_answer
-
-
-def is_between(order: float) -> bool:
-    """Whether an order is no whole number."""
-    return abs(order - round(order)) > EXACT
 
 
 def settled(look: Callable[[Collection[float]], Seen], now: Seen, found: dict[float, WeakOrder], by: Evidence) -> Seen:

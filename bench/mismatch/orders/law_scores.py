@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from bench.mismatch import criteria
-from bench.mismatch.orders.joint import is_between
+from bench.mismatch.orders.between import is_between
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.revolutions import Complex, directions, passed, states
 from bench.mismatch.orders.series import RELATIVE_NOISE, Series

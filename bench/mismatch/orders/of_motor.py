@@ -8,7 +8,7 @@ import numpy as np
 from scipy.stats import binom
 
 from bench.mismatch import criteria
-from bench.mismatch.orders.joint import is_between
+from bench.mismatch.orders.between import is_between
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.sight import Sight
 from bench.mismatch.orders.under_mode import passes

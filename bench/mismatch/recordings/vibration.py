@@ -135,12 +135,9 @@ def run_of(prepared: Prepared, channel: str, steady: bool = True) -> Run | None:
     return Run(int(frame.recording[0]), signal, rate, rotation)
 
 
-def density_of(run: Run) -> Density | None:
-    """Density of a run (Welch's method, Hann window); None where it is shorter than each of :data:`SEGMENTS_S`."""
-    sizes = [round(length * run.rate) for length in SEGMENTS_S if run.samples.size >= round(length * run.rate)]
-    if not sizes:
-        return None
-    size = sizes[0]
+def density_of(run: Run) -> Density:
+    """Density of a run (Welch's method, Hann window), in segments of the first of :data:`SEGMENTS_S` that it has."""
+    size = next(s for s in (round(length * run.rate) for length in SEGMENTS_S) if run.samples.size >= s)
     number = 1 + (run.samples.size - size) // (size // 2)
     parts = np.lib.stride_tricks.sliding_window_view(run.samples, size)[:: size // 2][:number]
     line = np.linspace(-1.0, 1.0, size)

@@ -282,16 +282,15 @@ def fit(bank: Bank, index: Sequence[int], variances: Sequence[float], precision:
     """Fit the columns ``index`` with the likeliest of the offsets' ``variances`` (ascending): uphill from the last one
     and from both ends.
     """
-    tried: dict[int, tuple[FloatArray, FloatArray]] = {}
-    likely: dict[int, tuple[float, float]] = {}
+    tried: dict[int, tuple[tuple[float, float], FloatArray, FloatArray]] = {}
     gram = bank.gram(index)
 
     def at(position: int, restricted: bool) -> float:
         if position not in tried:
             coefficients, covariance, likelihood = solve(bank.normal(index, variances[position], gram), precision)
             taken = 0.5 * float(np.linalg.slogdet(covariance)[1]) if index else 0.0
-            tried[position], likely[position] = (coefficients, covariance), (likelihood, likelihood + taken)
-        return likely[position][restricted]
+            tried[position] = (likelihood, likelihood + taken), coefficients, covariance
+        return tried[position][0][restricted]
 
     def uphill(here: int, restricted: bool) -> int:
         while True:
@@ -308,4 +307,5 @@ def fit(bank: Bank, index: Sequence[int], variances: Sequence[float], precision:
 
     last = len(variances) - 1
     found = bank.likeliest = highest(False)
-    return Fit(tuple(index), *tried[found], variances[found], likely[found][0], variances[highest(True)])
+    (likelihood, _), coefficients, covariance = tried[found]
+    return Fit(tuple(index), coefficients, covariance, variances[found], likelihood, variances[highest(True)])

@@ -120,5 +120,4 @@ def _course(heights: FloatArray, at: tuple[IntArray, IntArray], seen: NDArray[np
     course = np.zeros(seen.shape)
     np.add.at(course, at, heights)
     course = np.cumsum(course, axis=1)
-    mean = np.sum(np.where(seen, course, 0.0), axis=1) / np.maximum(seen.sum(axis=1), 1)
-    return np.asarray(np.where(seen, course - mean[:, None], 0.0))
+    return np.asarray(np.where(seen, course - means(course, seen.astype(np.float64))[:, None], 0.0))

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -53,11 +54,11 @@ def examine(outcome: ChannelOutcome, search: Search, densities: Sequence[Density
     if louder is not None and not bursting and louder.p_value < criteria.ERROR_RATE_OF_A_CHANNEL:
         outcome.discoveries.append(_of_scatter(louder, outcome))
     jumps = None if bursting else telegraph(search)
-    jumping = jumps is not None and rms(jumps.course) > criteria.LEAST_STRENGTH * outcome.floor
+    jumping = jumps is not None and _rms(jumps.course) > criteria.LEAST_STRENGTH * outcome.floor
     if jumps is not None and jumping and jumps.p_value < criteria.ERROR_RATE_OF_A_CHANNEL:
         outcome.discoveries.append(_of_telegraph(jumps, outcome, search.model.problem.rows.frame))
     stepping = None if bursting or jumps is not None else steps(search, seed)
-    stepped = stepping is not None and rms(stepping.course) > criteria.LEAST_STRENGTH * outcome.floor
+    stepped = stepping is not None and _rms(stepping.course) > criteria.LEAST_STRENGTH * outcome.floor
     if stepping is not None and stepped and stepping.p_value < criteria.ERROR_RATE_OF_A_CHANNEL:
         outcome.discoveries.append(_of_steps(stepping, outcome, search.model.problem.rows.frame))
     best, what, size = _mean(search)
@@ -225,60 +226,59 @@ def _of_tone(found: Tone, outcome: ChannelOutcome) -> Discovery:
     )
 
 
-def rms(course: FloatArray) -> float:
+def _rms(course: FloatArray) -> float:
     """Root mean square of a course (n,) about its mean, where it was seen."""
     seen = course[course != 0.0]
     return float(np.sqrt(np.mean(seen**2))) if seen.size else 0.0
 
 
 def _of_telegraph(jumps: Telegraph, outcome: ChannelOutcome, frame: Frame) -> Discovery:
-    """Jumps between two levels as a finding without a name: nothing recorded predicts when. ``frame``: of the rows in
-    which they were found.
-    """
+    """Jumps between two levels at random; ``frame``: of the rows in which they were found."""
     unit = CHANNEL_UNITS[outcome.channel]
     by = "" if jumps.times == "1" else f"*{jumps.times}"
-    return Discovery(
-        UNNAMED,
-        UNKNOWN,
-        1.0 - jumps.p_value,
-        outcome.channel,
+    described = (
         "jumps between two levels at random",
         f"{outcome.channel} += h*s(t){by}, s = 0 for T_0 and 1 for T_1 in the mean",
-        ("time",),
-        (
-            {"symbol": "h", "value": jumps.height, "unit": unit, "std": None},
-            *(
-                {"symbol": n, "value": v, "unit": "s", "std": None}
-                for n, v in zip(("T_0", "T_1"), jumps.stays, strict=True)
-            ),
-        ),
-        np.zeros(outcome.rows.size),
-        0.0,
-        jumps.p_value,
-        (),
-        excess=_as_compared(np.abs(jumps.course), frame, outcome),
-        squares=_unchanged(outcome),
     )
+    stays = (
+        {"symbol": n, "value": v, "unit": "s", "std": None} for n, v in zip(("T_0", "T_1"), jumps.stays, strict=True)
+    )
+    parameters = ({"symbol": "h", "value": jumps.height, "unit": unit, "std": None}, *stays)
+    return _at_random(jumps, described, parameters, outcome, frame)
 
 
 def _of_steps(found: Steps, outcome: ChannelOutcome, frame: Frame) -> Discovery:
-    """Steps up and down as a finding without a name: nothing recorded predicts when. ``frame``: of the rows in which
-    they were found.
-    """
-    unit = CHANNEL_UNITS[outcome.channel]
+    """Steps up and down at random; ``frame``: of the rows in which they were found."""
+    described = (
+        "steps up and down at random",
+        f"{outcome.channel} += h*s(t), s goes up or down by about 1 every T in the mean",
+    )
     every = found.every / float(np.sqrt(found.number))
+    parameters = (
+        {"symbol": "h", "value": found.height, "unit": CHANNEL_UNITS[outcome.channel], "std": None},
+        {"symbol": "T", "value": found.every, "unit": "s", "std": every},
+    )
+    return _at_random(found, described, parameters, outcome, frame)
+
+
+def _at_random(
+    found: Telegraph | Steps,
+    described: tuple[str, str],
+    parameters: tuple[dict[str, Any], ...],
+    outcome: ChannelOutcome,
+    frame: Frame,
+) -> Discovery:
+    """Jumps or steps as a finding without a name, ``described`` in words and as an equation: nothing recorded predicts
+    when.
+    """
     return Discovery(
         UNNAMED,
         UNKNOWN,
         1.0 - found.p_value,
         outcome.channel,
-        "steps up and down at random",
-        f"{outcome.channel} += h*s(t), s goes up or down by about 1 every T in the mean",
+        *described,
         ("time",),
-        (
-            {"symbol": "h", "value": found.height, "unit": unit, "std": None},
-            {"symbol": "T", "value": found.every, "unit": "s", "std": every},
-        ),
+        parameters,
         np.zeros(outcome.rows.size),
         0.0,
         found.p_value,

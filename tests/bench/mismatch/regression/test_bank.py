@@ -62,18 +62,26 @@ def test_the_likeliest_variance_of_the_offsets_is_chosen() -> None:
     assert fit(bank, index, ladder).variance == pytest.approx(0.01, rel=2.0)
 
 
+def crowded(seed: int, *more: int) -> tuple[Bank, list[Block]]:
+    """Twenty-four recordings with offsets of variance 1, whose sixteen coefficients are of terms that are one value in
+    each; and blocks of ``more`` such terms.
+    """
+    frame = campaign(24)
+    rng = np.random.default_rng([seed, 9])
+    y = rng.normal(size=24)[frame.recording] + rng.normal(scale=SIGMA, size=frame.size)
+    bank, base = banked(problem(frame, y), SIGMA, 0.0)
+    terms = [bank.add(rng.normal(size=(24, k))[frame.recording]) for k in (16 - bank.size, *more)]
+    return bank, [*base, *(Block(base[0].regressor, t, np.zeros(len(t))) for t in terms)]
+
+
 def test_terms_that_take_most_of_the_offsets_do_not_make_their_spread_small() -> None:
     """Of twenty-four recordings sixteen are taken by terms that are one value in each: a third of the squares is left,
     and eight offsets tell their variance.
     """
-    frame = campaign(24)
     small, spread = [], []
     for seed in range(8):
-        rng = np.random.default_rng([seed, 9])
-        y = rng.normal(size=24)[frame.recording] + rng.normal(scale=SIGMA, size=frame.size)
-        bank, base = banked(problem(frame, y), SIGMA, 0.0)
-        terms = bank.add(rng.normal(size=(24, 16 - sum(len(b.indices) for b in base)))[frame.recording])
-        fitted = fit(bank, [*(i for b in base for i in b.indices), *terms], bank.variances())
+        bank, blocks = crowded(seed)
+        fitted = fit_blocks(bank, blocks, bank.variances())
         small.append(fitted.variance)
         spread.append(fitted.spread)
     assert np.mean(small) < 0.5
@@ -116,14 +124,9 @@ def test_offsets_told_too_small_give_nothing_away() -> None:
     """Two more levels of some recordings, drawn at random, beside sixteen of twenty-four: noise gains by them what the
     offsets beside the best coefficients are told too small.
     """
-    frame = campaign(24)
     told, fair = [], []
     for seed in range(8):
-        rng = np.random.default_rng([seed, 9])
-        y = rng.normal(size=24)[frame.recording] + rng.normal(scale=SIGMA, size=frame.size)
-        bank, base = banked(problem(frame, y), SIGMA, 0.0)
-        terms = [bank.add(rng.normal(size=(24, k))[frame.recording]) for k in (16 - len(bank.sums()[1]), 2)]
-        blocks = [*base, *(Block(base[0].regressor, t, np.zeros(len(t))) for t in terms)]
+        bank, blocks = crowded(seed, 2)
         own = cast("ChannelModel", SimpleNamespace(bank=bank, folds=np.arange(24), variances=bank.variances()))
         variance = fit_blocks(bank, blocks, bank.variances()).variance
         more = float(predictive(bank, blocks, own.folds, variance).sum())

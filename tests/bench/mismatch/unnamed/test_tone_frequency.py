@@ -77,7 +77,7 @@ def test_the_interval_holds_the_frequency_as_often_as_it_says(wander: Wander) ->
 
 def test_a_tone_that_keeps_to_its_frequency_is_told_by_its_phase_sharper_than_by_spectra() -> None:
     runs = folder(1, 5, 2.0)
-    by_spectra = tone([density for r in runs if (density := density_of(r)) is not None], 1)
+    by_spectra = tone([density_of(r) for r in runs], 1)
     assert by_spectra is not None
     assert 3 <= len(by_spectra.heard) <= 5
     assert set(by_spectra.heard) <= set(range(5))
@@ -91,7 +91,7 @@ def told(runs: Sequence[Run]) -> tuple[float, float]:
     """Frequency and standard deviation of the tone that is reported."""
     outcome = made.outcome(made.campaign(), "transmission_error", [], 0.1)
     outcome.structure = Structure.of({"mean": Look("nothing", 0.5, 0.5)})
-    densities = [density for r in runs if (density := density_of(r)) is not None]
+    densities = [density_of(r) for r in runs]
     look_for_tone(outcome, densities, runs=lambda recordings: [runs[k] for k in recordings])
     (found,) = outcome.discoveries
     frequency = found.parameters[0]
@@ -106,7 +106,7 @@ def test_a_phase_that_sways_alike_in_all_recordings_is_no_other_frequency(seed: 
     value, std = told(runs)
     assert abs(value - NEAR) <= 2.0 * std
     assert 0.001 < std < 0.02
-    spectra = tone([density for r in runs if (density := density_of(r)) is not None], seed)
+    spectra = tone([density_of(r) for r in runs], seed)
     assert spectra is not None
     assert abs(spectra.frequency - NEAR) > abs(value - NEAR)
 
