@@ -17,6 +17,7 @@ from bench.mismatch import criteria
 from bench.mismatch.discovery import UNNAMED, Discovery
 from bench.mismatch.orders import defects, laws, modulation
 from bench.mismatch.orders.borne_out import borne_out
+from bench.mismatch.orders.laws import FoundLaw
 from bench.mismatch.orders.misread import ENCODER, Misread
 from bench.mismatch.orders.model import TransmissionModel, with_parts
 from bench.mismatch.orders.of_motor import of_motor
@@ -33,7 +34,7 @@ from bench.mismatch.orders.reported import (
 )
 from bench.mismatch.orders.reported_law import further, of_law
 from bench.mismatch.orders.sight import Sight, rebuilt
-from bench.mismatch.orders.under_mode import strong, under
+from bench.mismatch.orders.under_mode import beside, hides, under
 from bench.simulation import Gearbox
 from bench.simulation.laws import MODES, RESONANCE
 from bench.simulation.terms import LIBRARY, TRANSMISSION_ERROR
@@ -94,17 +95,16 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
     teeth = Gearbox(float(gearbox.ratio or 1.0), gearbox.z1, gearbox.z2, gearbox.z3, gearbox.z4)
     out: list[Discovery | None] = []
     pulses: Discovery | None = None
-    law = _mode(model, seed)
-    if law is not None:
+    mode = _mode(model, seed)
+    if mode is not None:
         sight = Sight.of(model)
         assert sight is not None
-    # what a strong mode leaves of the orders is no pulse
-    found_defects = [] if model.laws else defects.search(sight, seed)
+    found_defects = defects.search(sight, seed)
     if found_defects:
-        pulses = _pulses(model, found_defects)
+        pulses, mode = _pulses(model, found_defects, mode)
         sight = Sight.of(model)
         assert sight is not None
-    law = _law(model, seed, law)
+    law = _law(model, seed, None if mode is None else of_law(model, *mode))
     parts = _encoders_parts(model, sight)
     shaft = of_motor(model, sight, teeth.ratio)
     encoder = _encoder(model, sight, shaft, teeth)
@@ -150,18 +150,46 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
     return [d for d in (law, pulses, encoder, *out, plain) if d is not None]
 
 
-def _pulses(model: TransmissionModel, found_defects: Sequence[defects.Defect]) -> Discovery | None:
-    """Defects as a discovery, the model calibrated with them; None, and the model without them, where they are weak or
-    recordings held out contradict them.
+Mode = tuple[FoundLaw, Periodic]
+"""a mode that orders pass, and what is periodic without it"""
+
+
+def _pulses(
+    model: TransmissionModel, found_defects: Sequence[defects.Defect], mode: Mode | None
+) -> tuple[Discovery | None, Mode | None]:
+    """Defects as a discovery, the model calibrated with them, and a ``mode`` as it is beside them; None, and the model
+    without them, where they are weak or recordings held out contradict them.
     """
+    if mode is not None:
+        return _pulses_beside(model, found_defects, mode)
     rebuilt(model, defects.all_pulses(found_defects))
+    found = _told(model, found_defects)
+    if found is None:
+        rebuilt(model, ())
+    return found, None
+
+
+def _pulses_beside(
+    model: TransmissionModel, found_defects: Sequence[defects.Defect], mode: Mode
+) -> tuple[Discovery | None, Mode]:
+    """The same beside a mode."""
+    before = replace(model)
+    with_them = beside(model, mode, defects.all_pulses(found_defects))
+    found = None if with_them is None else _told(model, found_defects)
+    if found is None or with_them is None:
+        model.restore(before)
+        return None, mode
+    return found, with_them
+
+
+def _told(model: TransmissionModel, found_defects: Sequence[defects.Defect]) -> Discovery | None:
+    """Defects of a model that has their pulses, as a discovery; None where they are weak or recordings held out
+    contradict them.
+    """
     found = of_pulses(model, found_defects)
     assert model.periodic is not None
     # against nothing in their place: orders that draw them predict as well
-    if found is not None and _holds(model, found, replace(model.periodic, pulses=())):
-        return found
-    rebuilt(model, ())
-    return None
+    return found if found is not None and _holds(model, found, replace(model.periodic, pulses=())) else None
 
 
 def _of_pulses(sight: Sight, found_defects: Sequence[defects.Defect], orders: Sequence[float]) -> bool:
@@ -185,17 +213,18 @@ def _of_new_orders(law: Discovery, plain: Discovery) -> bool:
     return law.effect in OF_AN_ORDER and set(law.orders) <= set(plain.orders)
 
 
-def _mode(model: TransmissionModel, seed: int) -> Discovery | None:
-    """A mode so strong that the orders are looked for under it, before anything else is; the model then holds both."""
+def _mode(model: TransmissionModel, seed: int) -> Mode | None:
+    """A mode that orders pass which the simulation has not: they are looked for under it, before anything else is; the
+    model then holds both.
+    """
     found = laws.search(model, seed)
-    if found is None or found.law.form not in MODES or not _sure(found) or not strong(model, found):
+    if found is None or found.law.form not in MODES or not _sure(found) or not hides(model, found):
         return None
     before = model.periodic
     assert before is not None
     joined = laws.joined(before.series, found.series)
     plain = with_parts(model, replace(before, series=joined, laws=(*before.laws, found.law)))
-    again = under(model, found, plain)
-    return None if again is None else of_law(model, *again)
+    return under(model, found, plain)
 
 
 def _law(model: TransmissionModel, seed: int, first: Discovery | None) -> Discovery | None:

@@ -35,6 +35,8 @@ from bench.simulation.frame import FloatArray
 from bench.simulation.laws import RESONANCE, Law, factor
 
 SURROGATES = 60
+FEWEST_MOVED = 2
+"""orders that a mode moves each by a strength of its own: what one alone follows is a function of the speed"""
 FEWEST_STATES = 3
 """speeds (loads) from which a law of them is asked for: through two goes every law"""
 
@@ -78,7 +80,7 @@ def search(model: TransmissionModel, seed: int) -> FoundLaw | None:
         by_effect.setdefault(points[k].effect, k)
     gain_of = dict.fromkeys(by_effect, 0.0) | {e: float(gains[k]) for e, k in by_effect.items()}
     each = {e: scored[k].each[0] for e, k in by_effect.items()}
-    mode = moved = None
+    mode = moved = swung = None
     # the scan's tangent is that of a weak mode: the vectors are asked themselves, and the mode refined, before it is
     # compared with what follows the speed anyhow
     if RESONANCE in gain_of:
@@ -90,14 +92,13 @@ def search(model: TransmissionModel, seed: int) -> FoundLaw | None:
         if model.periodic is not None and all(law.effect != RESONANCE for law in model.periodic.laws):
             moved = modes.of_each(data)
         if moved is not None and moved.gain > max(gain, gain_of[RESONANCE]) + criteria.RICHER:
-            gain_of[RESONANCE], each[RESONANCE] = moved.gain, moved.each
-        else:
-            moved = None
+            swung = _swung(model, data, moved)
+            if swung is not None:
+                gain_of[RESONANCE], each[RESONANCE] = moved.gain, moved.each
     effect = max(gain_of, key=lambda e: gain_of[e])
     std: tuple[float, ...] = ()
-    if moved is not None and effect == RESONANCE:
-        series = calibrated_under(model, data, moved.law)
-        law, series, strength_std = _strengths(model, replace(data, series=series), moved.law)
+    if swung is not None and effect == RESONANCE:
+        law, series, strength_std = swung
     elif mode is not None and effect == RESONANCE:
         law, std, series, strength_std = mode.law, mode.std, mode.series, np.zeros(len(data.orders))
     else:
@@ -114,6 +115,15 @@ def search(model: TransmissionModel, seed: int) -> FoundLaw | None:
     alternatives.sort(key=lambda r: r[1])
     law = replace(law, gain=gain_of[effect])
     return FoundLaw(law, rate, std, strength_std, series, tuple(alternatives), 1.0 / whole)
+
+
+def _swung(model: TransmissionModel, data: Amplitudes, moved: modes.Moved) -> tuple[Law, Series, FloatArray] | None:
+    """A mode that each order moves with a strength of its own, the series calibrated under it, and how uncertain the
+    strengths are; None where fewer orders than :data:`FEWEST_MOVED` take part.
+    """
+    series = calibrated_under(model, data, moved.law)
+    law, series, std = _strengths(model, replace(data, series=series), moved.law)
+    return (law, series, std) if len(law.orders) >= FEWEST_MOVED else None
 
 
 def _driven(data: Amplitudes, quantity: str) -> bool:

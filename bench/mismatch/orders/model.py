@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -108,6 +108,11 @@ class TransmissionModel:
     def training_revolutions(self) -> list[Revolution]:
         """Turns that may be fitted."""
         return [t for t, chosen in zip(self.revolutions, self.train, strict=True) if chosen]
+
+    def restore(self, before: TransmissionModel) -> None:
+        """Hold again what a copy holds that was made ``before``."""
+        for item in fields(self):
+            setattr(self, item.name, getattr(before, item.name))
 
     @property
     def recorded(self) -> FloatArray:

@@ -21,8 +21,6 @@ SEARCH_RANGE = 5.0
 """widths within which two pulses are one place"""
 ENDS = 2.5
 """widths from its middle to which a Gaussian acts: all but a two-thousandth of its energy"""
-_FAR = 9.0
-"""squares over the noise's from which an order counts by their logarithm: it may be one of its own"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,8 +65,10 @@ def fewest(line: Mean, before: Complex, pulses: Sequence[Pulse]) -> Form:
     """
     left = line.vectors - before
     best: Form | None = None
+    # the range about the place is that of the pulses it was found as: from one fit to the next it would grow
+    widest = max((p.width for p in pulses), default=0.0)
     while pulses:
-        first = replace(max(pulses, key=_size), width=max(p.width for p in pulses))
+        first = replace(max(pulses, key=_size), width=widest)
         begin = np.concatenate([[p.height, angle_from(p.angle, first.angle), np.log(p.width)] for p in pulses])
         begin, cost, covariance = _least_squares(line, left, first, begin, criteria.SHAPE / 2.0 ** (len(pulses) - 1))
         total = cost + _price(line, len(pulses))
@@ -138,7 +138,7 @@ def _next(line: Mean, rest: Complex, first: Pulse) -> FloatArray:
     """Where a further Gaussian at a place should begin: height, shift, logarithm of the width."""
     clipped = rest * np.minimum(1.0, 3.0 * line.error / np.maximum(np.abs(rest), 1e-300))
     best = (0.0, np.array([0.1 * first.height, 0.0, np.log(0.6 * first.width)]))
-    for width in first.width * np.array([0.4, 0.7, 1.2]):
+    for width in first.width * np.array([0.4, 0.7, 1.2, 2.4]):
         for shift in first.width * np.linspace(-3.0, 3.0, 13):
             one = Pulse(first.angle + float(shift), float(width), 1.0).vectors(line.orders)
             energy = float(np.sum(np.abs(one) ** 2 / line.error**2))
@@ -159,7 +159,8 @@ def _vectors(x: FloatArray, first: Pulse, orders: FloatArray) -> Complex:
 def _least_squares(
     line: Mean, left: Complex, first: Pulse, begin: FloatArray, doubt: float
 ) -> tuple[FloatArray, float, FloatArray]:
-    """Gaussians near a pulse: height, shift, logarithm of the width of each; the cost by the noise alone; covariance.
+    """Gaussians near a pulse: height, shift, logarithm of the width of each; what the spectrum costs with them (nats);
+    covariance.
 
     ``doubt``: how far the form may be from these Gaussians, over the pulse's size.
     """
@@ -194,6 +195,6 @@ def _least_squares(
     )
     jacobian: FloatArray = np.asarray(found.jac, dtype=np.float64)
     covariance = np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-12)
-    squares = np.abs(off(np.asarray(found.x))) ** 2 / (2.0 * line.error**2)
-    cost = float(np.sum(_FAR * np.log1p(squares / _FAR)))
+    # what is left of an order may be one that stands by itself: to follow it gains no more than that is unlikely
+    cost = -float(np.sum(line.density(line.vectors + off(np.asarray(found.x)), np.zeros(line.orders.size))))
     return np.asarray(found.x), cost, np.asarray(covariance)

@@ -76,12 +76,18 @@ class Mean:
         return np.asarray(np.logaddexp.reduce(np.vstack([alone, beside]), axis=0))
 
     def gain(self, pulse: Pulse, before: Complex) -> float:
-        """Gain of log-likelihood of a pulse beside others that give ``before`` (k,)."""
-        with_it = before + pulse.vectors(self.orders)
+        """Gain of log-likelihood of a pulse beside others that give ``before`` (k,).
+
+        Against nothing in its place, or against orders of the pulse's sizes with phases of their own, whichever says
+        more of the spectrum: only where the phases are those of one place is it a pulse.
+        """
+        drawn = pulse.vectors(self.orders)
         # nature's pulse is no Gaussian: here and beside those before
         others = 0.5 * (criteria.SHAPE * np.abs(before)) ** 2
-        tolerance = 0.5 * (criteria.SHAPE * envelope(pulse, self.orders)) ** 2
-        return float(np.sum(self.density(with_it, others + tolerance) - self.density(before, others)))
+        others_and_it = others + 0.5 * (criteria.SHAPE * envelope(pulse, self.orders)) ** 2
+        nothing = self.density(before, others).sum()
+        as_large = self.density(before, others_and_it + 0.5 * np.abs(drawn) ** 2).sum()
+        return float(self.density(before + drawn, others_and_it).sum() - max(nothing, as_large))
 
     def best(self, before: Complex, starts: int) -> tuple[float, Pulse] | None:
         """The pulse that gains most beside others: by a matched filter over the angle, then refined."""
@@ -116,7 +122,8 @@ class Mean:
 
     def _refined(self, begin: Pulse, before: Complex) -> tuple[float, Pulse]:
         def pulse(x: FloatArray) -> Pulse:
-            width = float(np.clip(begin.width * np.exp(x[1]), 0.5 * WIDTHS[0], 2.0 * WIDTHS[-1]))
+            # a wider one is a handful of low orders, whose phases agree by chance now and then
+            width = float(np.clip(begin.width * np.exp(x[1]), 0.5 * WIDTHS[0], WIDTHS[-1]))
             return Pulse(float(begin.angle + begin.width * x[0]), width, float(begin.height * (1.0 + x[2])))
 
         found = lowest(lambda x: -self.gain(pulse(x), before), np.zeros(3), np.array([0.3, 0.25, 0.25]), 90)

@@ -43,7 +43,7 @@ class Sight:
         if seen is None or model.periodic is None:
             return None
         known = known_orders(model)
-        stage = Stage.of(put_back(seen, known), model.revolutions, model.train)
+        stage = Stage.of(put_back(_without_modes(model, seen), known), model.revolutions, model.train)
         if stage is None:
             return None
         weight = 1.0 / stage.scale
@@ -81,6 +81,20 @@ def known_orders(model: TransmissionModel) -> tuple[float, ...]:
     """Orders of the given simulation, those of the load motor's ripple with them."""
     given = model.given
     return (*given.orders, *(f for f in given.notch if f not in given.orders))
+
+
+def _without_modes(model: TransmissionModel, seen: Seen) -> Seen:
+    """The same with the orders' vectors as they would be without the modes that orders were looked for under."""
+    periodic = model.periodic
+    assert periodic is not None
+    columns = [k for k, f in enumerate(seen.orders) if f in periodic.series.orders]
+    orders, revolutions = [seen.orders[k] for k in columns], model.revolutions
+    if not model.laws or not orders:
+        return seen
+    less = replace(periodic, laws=tuple(law for law in periodic.laws if law not in model.laws))
+    vectors = seen.vectors.copy()
+    vectors[:, columns] -= periodic.at_revolutions(revolutions, orders) - less.at_revolutions(revolutions, orders)
+    return replace(seen, vectors=vectors)
 
 
 def put_back(seen: Seen, known: Sequence[float]) -> Seen:

@@ -23,15 +23,15 @@ from bench.mismatch.orders.laws import FoundLaw
 from bench.mismatch.orders.look import PARTS, Look
 from bench.mismatch.orders.model import ROUNDS, TransmissionModel, calibrate_all, offset_alone, steady_rows, with_noise
 from bench.mismatch.orders.modes import Mode
-from bench.mismatch.orders.periodic import Periodic
+from bench.mismatch.orders.periodic import Periodic, Pulse
 from bench.mismatch.orders.revolutions import Complex, Seen, directions, looks, passed, seen, states
 from bench.mismatch.orders.weak import LEAK, Stage, WeakOrder, gain_of
 from bench.simulation.frame import FloatArray
 from bench.simulation.laws import MODES, Law, resonant
 
 STRONG = 2.0
-"""root mean square of what a mode adds to the revolutions, over the noise of a sample, from which orders are looked for
-under it
+"""root mean square of what a mode adds to the revolutions, over the noise of a sample, from which it hides orders where
+none beside the simulation's was found
 """
 PASSES = 2
 """times that orders and mode are found in turns"""
@@ -41,9 +41,14 @@ PLAIN = (("1",), ("p", "n"))
 """factors of an order under a mode: one vector, or one in each direction"""
 
 
-def strong(model: TransmissionModel, found: FoundLaw) -> bool:
-    """Whether a mode adds so much that it hides weak orders, and makes others of what it leaves."""
+def hides(model: TransmissionModel, found: FoundLaw) -> bool:
+    """Whether a mode hides orders, and makes others of what it leaves: there are some beside the simulation's, of one
+    vector and therefore not under it; or it adds so much that none need have been seen.
+    """
     assert model.noise is not None
+    assert model.periodic is not None
+    if model.periodic.weak:
+        return True
     revolutions, orders = model.training_revolutions, found.series.orders
     vectors = found.series.vectors(states(revolutions), directions(revolutions))
     added = vectors * (passed([found.law], revolutions, orders) - 1.0)
@@ -57,7 +62,7 @@ def under(model: TransmissionModel, found: FoundLaw, plain: Periodic) -> tuple[F
     ``model`` then holds them; None, and the model as it was, where they leave more than ``plain``, the orders that were
     found without the mode, with it.
     """
-    before = model.periodic, model.plain, model.seen, model.noise, model.quiet, model.laws
+    before = replace(model)
     y = model.rows.y if model.quiet is None else model.quiet
     least = _left(model, y, plain)
     look = _Search(model, looks(model.rows, model.revolutions))
@@ -75,13 +80,36 @@ def under(model: TransmissionModel, found: FoundLaw, plain: Periodic) -> tuple[F
         best is not None
         and periodic is not None
         and _left(model, y, periodic) <= least
-        and (before[0] is None or borne_out(model, before[0], periodic, True))
+        and (before.periodic is None or borne_out(model, before.periodic, periodic, True))
     ):
         model.quiet = y
         with_noise(model, best.seen)
         return replace(found, law=model.laws[0], std=best.mode.std, series=periodic.series), best.without
-    model.periodic, model.plain, model.seen, model.noise, model.quiet, model.laws = before
+    model.restore(before)
     return None
+
+
+def beside(
+    model: TransmissionModel, mode: tuple[FoundLaw, Periodic], pulses: Sequence[Pulse]
+) -> tuple[FoundLaw, Periodic] | None:
+    """Orders and mode as they are beside some pulses: those that the pulses have drawn go. What is periodic without the
+    mode has the pulses, the model then as well; None, and the model as it was, where nothing is left of the mode.
+    """
+    found, _ = mode
+    before, periodic = replace(model), model.periodic
+    assert periodic is not None
+    look = _Search(model, looks(model.rows, model.revolutions))
+    drawn = replace(
+        periodic, series=periodic.series.less(periodic.series.orders), weak=(), pulses=tuple(pulses), laws=()
+    )
+    y = (model.rows.y if model.quiet is None else model.quiet) - drawn.evaluate(model.rows.frame)
+    best = look.once(y, found.law, _found(periodic, look.known))
+    if best is None or model.periodic is None:
+        model.restore(before)
+        return None
+    model.periodic = replace(model.periodic, pulses=tuple(pulses))
+    law = replace(found, law=model.laws[0], std=best.mode.std, series=model.periodic.series)
+    return law, replace(best.without, pulses=tuple(pulses))
 
 
 def _found(periodic: Periodic, known: Sequence[float]) -> dict[float, WeakOrder]:

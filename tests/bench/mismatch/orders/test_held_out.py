@@ -72,7 +72,7 @@ def test_pulses_are_asked_against_nothing_in_their_place(monkeypatch: pytest.Mon
     monkeypatch.setattr(discoveries, "rebuilt", rebuilt)
     monkeypatch.setattr(discoveries, "of_pulses", lambda *_args: found)
     monkeypatch.setattr(discoveries, "borne_out", borne_out)
-    told = discoveries._pulses(cast("Any", model), [Defect(pulse, (pulse,), 400.0, 1e-4)])
+    told, _ = discoveries._pulses(cast("Any", model), [Defect(pulse, (pulse,), 400.0, 1e-4)], None)
     assert asked == [((), (pulse,))]
     assert (told is None) is contradicted
     assert model.periodic.pulses == (() if contradicted else (pulse,))
