@@ -9,6 +9,7 @@ analysis applies both to the simulation's own amplitudes.
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,20 +19,34 @@ from bench.simulation.terms.base import TRANSMISSION_ERROR, Form, Point, Symbol,
 ZETAS = (0.02, 0.04, 0.08, 0.15, 0.3)
 
 
-def response(frequency: FloatArray, natural: float, damping: float) -> NDArray[np.complex128]:
-    """Second-order response 1/(1 - r² + 2jζr), r = frequency/natural (both in rad/s); its conjugate below zero."""
-    r = frequency / natural
-    return np.asarray(1.0 / (1.0 - r**2 + 2j * damping * r))
-
-
 def by_force(frequency: FloatArray, natural: float, damping: float) -> NDArray[np.complex128]:
-    """What a mode adds to one that a force moves slowly, H - 1."""
-    return np.asarray(response(frequency, natural, damping) - 1.0)
+    """What a mode adds to one that a force moves slowly, H - 1, at ``frequency`` in rad/s, below zero in negative
+    direction.
+    """
+    return _added(frequency, natural, damping, False)
 
 
 def by_base(frequency: FloatArray, natural: float, damping: float) -> NDArray[np.complex128]:
-    """What a mode adds to the motion of the base that carries it, r²·H."""
-    return np.asarray((frequency / natural) ** 2 * response(frequency, natural, damping))
+    """What a mode adds to the motion of the base that carries it, r²·H, at the same."""
+    return _added(frequency, natural, damping, True)
+
+
+def _added(frequency: FloatArray, natural: float, damping: float, carried: bool) -> NDArray[np.complex128]:
+    flat = np.ascontiguousarray(frequency, dtype=np.float64).ravel()
+    return _of_each(flat, natural, damping, carried).reshape(np.shape(frequency))
+
+
+@numba.njit(cache=True)
+def _of_each(frequency: FloatArray, natural: float, damping: float, carried: bool) -> NDArray[np.complex128]:
+    """r²·H of a mode that is ``carried``, else H - 1, for each frequency (n,); H = 1/(1 - r² + 2jζr)."""
+    out = np.empty(frequency.size, dtype=np.complex128)
+    for i in range(frequency.size):
+        r = frequency[i] / natural
+        real, imag = 1.0 - r * r, 2.0 * damping * r
+        size = real * real + imag * imag
+        real, imag = real / size, -imag / size
+        out[i] = complex(r * r * real, r * r * imag) if carried else complex(real - 1.0, imag)
+    return out
 
 
 def _grid(frame: Frame) -> tuple[Point, ...]:

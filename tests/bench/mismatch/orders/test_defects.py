@@ -164,3 +164,36 @@ def test_a_pull_beside_a_push_is_one_place_that_leaves_nothing(seed: int) -> Non
     begin, end = extent(pulses)
     assert found[0].window[0] == pytest.approx(begin, abs=0.01)
     assert found[0].window[1] == pytest.approx(end, abs=0.01)
+
+
+def flat_topped(angle: float, before: float, after: float, height: float) -> Complex:
+    """Spectrum of a place with a flat top and two different flanks, height/(1 + (x/width)**4)."""
+    theta = np.arange(16384) * 2.0 * np.pi / 16384
+    x = np.angle(np.exp(1j * (theta - angle)))
+    values = height / (1.0 + (np.abs(x) / np.where(x < 0.0, before, after)) ** 4)
+    table = np.fft.rfft(values)[:ORDERS] * 2.0 / 16384
+    out: Complex = -table.imag + 1j * table.real
+    out[0] = 0.0
+    return out
+
+
+def test_two_places_are_found_in_a_spectrum_in_which_nearly_every_order_stands() -> None:
+    """Fifty times their error: what such orders gain whatever their phases are says nothing of a pulse."""
+    places = ((1.21, 0.05, 0.024, 3.4e-5), (4.02, 0.035, 0.07, -2.6e-5))
+    mean, strong = strong_orders(5)
+    mean = mean + sum(flat_topped(*place) for place in places)
+    drawn = tuple(float(f) for f in range(1, 75) if f not in (3, 46) and f not in strong)
+    found = sorted(defects.search(sight(mean, tuple(sorted((*strong, *drawn))), 8e-9), 0), key=lambda d: d.window[0])
+    assert len(found) == 2
+    for (angle, before, after, height), one in zip(places, found, strict=True):
+        assert one.p_value < 1e-3
+        assert one.window[0] == pytest.approx(angle - 2.0 * before, abs=0.06)
+        assert one.window[1] == pytest.approx(angle + 2.0 * after, abs=0.06)
+        assert sum(p.evaluate(np.array([angle]))[0] for p in one.form) == pytest.approx(height, rel=0.5)
+
+
+def test_no_pulse_is_wider_than_is_looked_for() -> None:
+    """A handful of low orders whose phases happen to agree."""
+    wide = Pulse(4.87, 0.3, 3e-5).vectors(np.arange(ORDERS, dtype=np.float64))
+    found = defects.search(sight(wide, tuple(float(f) for f in range(1, 11) if f != 3)), 0)
+    assert all(d.first.width <= pulse_mean.WIDTHS[-1] * 1.001 for d in found)
