@@ -89,22 +89,20 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
 
     ``model`` has been through :func:`bench.mismatch.orders.model.analyse`.
     """
-    sight = Sight.of(model)
-    if sight is None:
+    if Sight.of(model) is None:
         return []
     teeth = Gearbox(float(gearbox.ratio or 1.0), gearbox.z1, gearbox.z2, gearbox.z3, gearbox.z4)
     out: list[Discovery | None] = []
-    pulses: Discovery | None = None
+    before = replace(model)
     mode = _mode(model, seed)
-    if mode is not None:
-        sight = Sight.of(model)
-        assert sight is not None
-    found_defects = defects.search(sight, seed)
-    if found_defects:
-        pulses, mode = _pulses(model, found_defects, mode)
-        sight = Sight.of(model)
-        assert sight is not None
-    law = _law(model, seed, None if mode is None else of_law(model, *mode))
+    found_defects, pulses, law = _under(model, mode, seed)
+    if mode is not None and law is None:
+        # too weak to be told: nothing else is told beside it
+        model.restore(before)
+        found_defects, pulses, law = _under(model, None, seed)
+    sight = Sight.of(model)
+    assert sight is not None
+    law = _law(model, seed, law)
     parts = _encoders_parts(model, sight)
     shaft = of_motor(model, sight, teeth.ratio)
     encoder = _encoder(model, sight, shaft, teeth)
@@ -152,6 +150,19 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
 
 Mode = tuple[FoundLaw, Periodic]
 """a mode that orders pass, and what is periodic without it"""
+
+
+def _under(
+    model: TransmissionModel, mode: Mode | None, seed: int
+) -> tuple[list[defects.Defect], Discovery | None, Discovery | None]:
+    """Damaged places that stand in the revolutions, those that are told as a discovery, and the ``mode`` as another."""
+    sight = Sight.of(model)
+    assert sight is not None
+    pulses = None
+    found_defects = defects.search(sight, seed)
+    if found_defects:
+        pulses, mode = _pulses(model, found_defects, mode)
+    return found_defects, pulses, None if mode is None else of_law(model, *mode)
 
 
 def _pulses(
