@@ -142,14 +142,14 @@ class Periodic:
         return out
 
     def beyond_series(
-        self, law: Law, frame: Frame, number: FloatArray, known: Collection[float] | None = None
-    ) -> FloatArray:
-        """What a law adds at the rows of a frame (n,) that no series without it says, rad.
+        self, law: Law, frame: Frame, numbers: Sequence[FloatArray], known: Collection[float] | None = None
+    ) -> list[FloatArray]:
+        """What a law adds at the rows of a frame (n,) that no series without it says, rad, for each of some ``numbers``
+        (n,) of samples in the rows.
 
-        The law's orders at all rows, ``number`` (n,) samples each, are fitted with the ten monomials of either
-        direction by linear least squares: what is left depends on the law and the points that were run alone. An order
-        that is not ``known`` (None: all are) to the simulation is none of its series: all that the law adds to it is
-        beyond.
+        The law's orders at all rows are fitted with the ten monomials of either direction by linear least squares: what
+        is left depends on the law and the points that were run alone. An order that is not ``known`` (None: all are) to
+        the simulation is none of its series: all that the law adds to it is beyond.
         """
         columns = [self.series.orders.index(f) for f in law.orders]
         new = np.array([known is not None and f not in known for f in law.orders])
@@ -168,21 +168,24 @@ class Periodic:
                 rows = np.flatnonzero(few.last_direction * side > 0)
                 yield side, rows + chunk.start, scaling[side].monomials(x[rows]), vectors[rows]
 
-        gram = {side: RIDGE * np.eye(10) * max(float(number.sum()), 1.0) for side in scaling}
-        right = {side: np.zeros((10, len(columns)), dtype=np.complex128) for side in scaling}
+        every = [(k, side) for k in range(len(numbers)) for side in scaling]
+        gram = {at: RIDGE * np.eye(10) * max(float(numbers[at[0]].sum()), 1.0) for at in every}
+        right = {at: np.zeros((10, len(columns)), dtype=np.complex128) for at in every}
         for chunk in chunks:
             for side, rows, basis, vectors in parts(chunk):
-                weighted = basis * number[rows][:, None]
-                gram[side] += basis.T @ weighted
-                right[side] += weighted.T @ vectors
-        fitted = {side: np.where(new, 0.0, np.linalg.solve(gram[side], right[side])) for side in scaling}
-        out = np.zeros(frame.size)
+                for k, number in enumerate(numbers):
+                    weighted = basis * number[rows][:, None]
+                    gram[k, side] += basis.T @ weighted
+                    right[k, side] += weighted.T @ vectors
+        fitted = {at: np.where(new, 0.0, np.linalg.solve(gram[at], right[at])) for at in every}
+        out = [np.zeros(frame.size) for _ in numbers]
         orders = np.asarray(law.orders)
         for chunk in chunks:
             for side, rows, basis, vectors in parts(chunk):
-                left = vectors - basis @ fitted[side]
-                real, imag = np.ascontiguousarray(left.real.T), np.ascontiguousarray(left.imag.T)
-                out[rows] = summed_vectors(frame.theta[rows], orders, real, imag)
+                for k, beyond in enumerate(out):
+                    left = vectors - basis @ fitted[k, side]
+                    real, imag = np.ascontiguousarray(left.real.T), np.ascontiguousarray(left.imag.T)
+                    beyond[rows] = summed_vectors(frame.theta[rows], orders, real, imag)
         return out
 
     def _by_vectors(self, frame: Frame) -> FloatArray:

@@ -42,9 +42,8 @@ def of_law(model: TransmissionModel, found: FoundLaw, before: Periodic) -> Disco
     values = np.asarray(model.periodic.evaluate(frame) - before.evaluate(frame))
     if not strong(model, values):
         return None
-    number = np.where(model.inside, model.rows.number, 0.0)
-    excess = _beyond(model, law, number)
-    if of_one_recording(number * excess**2, frame.recording):
+    excess, everywhere = _beyond(model, law)
+    if of_one_recording(np.where(model.inside, model.rows.number, 0.0) * excess**2, frame.recording):
         return None
     term = LIBRARY.get(law.effect)
     quantity = law.variables[0]
@@ -79,7 +78,7 @@ def of_law(model: TransmissionModel, found: FoundLaw, before: Periodic) -> Disco
         orders=touched,
         numbers=len(law.point) + (0 if law.form in MODES else 2 * len(law.orders)),
         excess=excess,
-        everywhere=_beyond(model, law, model.recorded),
+        everywhere=everywhere,
     )
 
 
@@ -88,12 +87,18 @@ def _as_good(alternative: RefittedAlternative) -> bool:
     return alternative.as_good and alternative.effect in LIBRARY
 
 
-def _beyond(model: TransmissionModel, law: Law, number: FloatArray) -> FloatArray:
-    """What a law adds at the model's rows (n,), ``number`` samples each, beyond the simulation recalibrated."""
+def _beyond(model: TransmissionModel, law: Law) -> tuple[FloatArray, FloatArray]:
+    """What a law adds at the model's rows (n,) beyond the simulation recalibrated: on the samples that are compared,
+    and on all that are recorded.
+    """
     assert model.periodic is not None
     frame = model.rows.frame
-    out = model.periodic.beyond_series(law, frame, number, model.given.orders)
-    return out + model.periodic.swinging(frame) if law.effect == RESONANCE else out
+    compared = np.where(model.inside, model.rows.number, 0.0)
+    excess, everywhere = model.periodic.beyond_series(law, frame, [compared, model.recorded], model.given.orders)
+    if law.effect != RESONANCE:
+        return excess, everywhere
+    swinging = model.periodic.swinging(frame)
+    return excess + swinging, everywhere + swinging
 
 
 def further(model: TransmissionModel, first: Discovery, second: Discovery) -> Discovery:
@@ -103,14 +108,14 @@ def further(model: TransmissionModel, first: Discovery, second: Discovery) -> Di
     # orders that a pulse has drawn are none any more
     remaining = [f for f in dict.fromkeys((*before.orders, *last.orders)) if f in model.periodic.series.orders]
     both = replace(last, orders=tuple(remaining))
-    number = np.where(model.inside, model.rows.number, 0.0)
+    excess, everywhere = _beyond(model, both)
     names = {str(row["symbol"]): f"{row['symbol']}_2" for row in second.parameters}
     parameters = tuple({**row, "symbol": names[str(row["symbol"])]} for row in second.parameters)
     return replace(
         first,
         added=first.added + second.added,
-        excess=_beyond(model, both, number),
-        everywhere=_beyond(model, both, model.recorded),
+        excess=excess,
+        everywhere=everywhere,
         gain=first.gain + second.gain,
         equation=f"{first.equation}; {renamed(second.equation, names)}",
         parameters=first.parameters + parameters,

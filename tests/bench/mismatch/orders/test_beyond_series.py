@@ -59,7 +59,7 @@ def periodic(law: Law) -> Periodic:
 def test_what_is_left_is_that_of_least_squares_over_the_samples() -> None:
     frame, own = campaign(), periodic(RESONANT)
     number = np.where(frame.recording % 5 == 0, 3.0, 1.0)
-    found = own.beyond_series(RESONANT, frame, number)
+    found = own.beyond_series(RESONANT, frame, [number])[0]
     course = own.evaluate(frame)
     left = np.empty(frame.size)
     for side in (1.0, -1.0):
@@ -79,13 +79,13 @@ def test_what_is_left_is_that_of_least_squares_over_the_samples() -> None:
 def test_of_an_order_that_the_simulation_has_not_all_that_the_law_adds_is_left() -> None:
     frame, own = campaign(), periodic(RESONANT)
     number = np.ones(frame.size)
-    found = own.beyond_series(RESONANT, frame, number, known=())
+    found = own.beyond_series(RESONANT, frame, [number], known=())[0]
     x = np.column_stack([frame.torque, frame.velocity, frame.temperature])
     without = replace(own, laws=()).series.vectors(x, frame.last_direction)
     more = without * (factor(RESONANT, x, frame.time, ORDERS) - 1.0)
     expected = np.sum(np.imag(more * np.exp(1j * frame.theta[:, None] * np.asarray(ORDERS))), axis=1)
     np.testing.assert_allclose(found, expected, atol=1e-9)
-    one = own.beyond_series(RESONANT, frame, number, known=ORDERS[:1])
+    one = own.beyond_series(RESONANT, frame, [number], known=ORDERS[:1])[0]
     assert np.sqrt(np.mean(found**2)) > np.sqrt(np.mean(one**2)) > 0.0
 
 
@@ -95,7 +95,7 @@ def test_a_law_that_the_monomials_say_adds_nothing() -> None:
     slow = replace(RESONANT, point=(400.0, 0.0, 0.4))
     own = periodic(slow)
     assert factor(slow, np.array([[0.0, 0.17, 25.0]]), np.zeros(1), ORDERS)[0] == pytest.approx(1.0, abs=1e-3)
-    assert np.abs(own.beyond_series(slow, frame, np.ones(frame.size))).max() < 1e-9
+    assert np.abs(own.beyond_series(slow, frame, [np.ones(frame.size)])[0]).max() < 1e-9
 
 
 def test_a_law_of_one_recording_is_none() -> None:

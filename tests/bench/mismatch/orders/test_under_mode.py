@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from bench.mismatch.orders.revolutions import Complex, Revolution, directions, states
-from bench.mismatch.orders.under_mode import _significant, passes
+from bench.mismatch.orders.under_mode import _significant, hides, passes
 from bench.mismatch.orders.weak import Stage
 from bench.simulation.frame import FloatArray
 from bench.simulation.laws import RESONANCE, Law, resonant
@@ -72,3 +72,18 @@ def test_an_encoder_s_order_does_not_pass_the_mode(through: bool) -> None:
         laws=(LAW,),
     )
     assert passes(model, own, 185.0) is through
+
+
+@pytest.mark.parametrize(("weak", "size", "hidden"), [(1, 1e-9, True), (0, 1e-9, False), (0, 1e-4, True)])
+def test_a_mode_hides_orders_where_some_are_not_under_it_or_where_it_is_strong(
+    weak: int, size: float, hidden: bool
+) -> None:
+    orders = (46.0, 92.0)
+    law = Law(RESONANCE, "second_order", LAW.point, 0.0, orders, np.ones(2), series=orders)
+    series = SimpleNamespace(orders=orders, vectors=lambda x, side: np.full((len(x), 2), size + 0j))
+    model: Any = SimpleNamespace(
+        noise=SimpleNamespace(variance=1e-12),
+        periodic=SimpleNamespace(weak=(None,) * weak),
+        training_revolutions=list(TURNS),
+    )
+    assert hides(model, cast("Any", SimpleNamespace(law=law, series=series))) is hidden
