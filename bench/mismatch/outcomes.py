@@ -122,9 +122,8 @@ def of_transmission(model: TransmissionModel, data: Dataset, seed: int, formulas
         outcome.doubt += uncertainty(offset_model, frame, outcome.held_out, model.rows.number)
     outcome.levels = offset_model.fit.variance
     outcome.discoveries += found
-    number = np.where(model.inside, model.rows.number, 0.0)
     left = model.rows.y - periodic
-    outcome.discoveries += of_regression(offset, slots, level, number, frame, left, model.recorded)
+    outcome.discoveries += of_regression(offset, slots, level, model.compared, frame, left, model.recorded)
     outcome.notes += [*model.notes, *offset_model.notes]
     return outcome
 

@@ -23,7 +23,7 @@ def borne_out(model: TransmissionModel, before: Periodic, after: Periodic, doubt
     if not rows.size:
         return True
     part, number = frame.take(rows), model.rows.number[rows]
-    y = (model.rows.y if model.quiet is None else model.quiet)[rows]
+    y = model.without_offset[rows]
     one, other = before.evaluate(part), after.evaluate(part)
     gained = (y - one) ** 2 - (y - other) ** 2
     error = error_of_mean(gained, part.recording, number)

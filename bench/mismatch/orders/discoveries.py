@@ -17,7 +17,6 @@ from bench.mismatch import criteria
 from bench.mismatch.discovery import UNNAMED, Discovery
 from bench.mismatch.orders import defects, laws, modulation
 from bench.mismatch.orders.borne_out import borne_out
-from bench.mismatch.orders.laws import FoundLaw
 from bench.mismatch.orders.misread import ENCODER, Misread
 from bench.mismatch.orders.model import TransmissionModel, with_parts
 from bench.mismatch.orders.of_motor import of_motor
@@ -34,7 +33,7 @@ from bench.mismatch.orders.reported import (
 )
 from bench.mismatch.orders.reported_law import further, of_law
 from bench.mismatch.orders.sight import Sight, rebuilt
-from bench.mismatch.orders.under_mode import beside, hides, under
+from bench.mismatch.orders.under_mode import PassedMode, beside, hides, under
 from bench.simulation import Gearbox
 from bench.simulation.laws import MODES, RESONANCE
 from bench.simulation.terms import LIBRARY, TRANSMISSION_ERROR
@@ -148,12 +147,8 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
     return [d for d in (law, pulses, encoder, *out, plain) if d is not None]
 
 
-Mode = tuple[FoundLaw, Periodic]
-"""a mode that orders pass, and what is periodic without it"""
-
-
 def _under(
-    model: TransmissionModel, mode: Mode | None, seed: int
+    model: TransmissionModel, mode: PassedMode | None, seed: int
 ) -> tuple[list[defects.Defect], Discovery | None, Discovery | None]:
     """Damaged places that stand in the revolutions, those that are told as a discovery, and the ``mode`` as another."""
     sight = Sight.of(model)
@@ -166,8 +161,8 @@ def _under(
 
 
 def _pulses(
-    model: TransmissionModel, found_defects: Sequence[defects.Defect], mode: Mode | None
-) -> tuple[Discovery | None, Mode | None]:
+    model: TransmissionModel, found_defects: Sequence[defects.Defect], mode: PassedMode | None
+) -> tuple[Discovery | None, PassedMode | None]:
     """Defects as a discovery, the model calibrated with them, and a ``mode`` as it is beside them; None, and the model
     without them, where they are weak or recordings held out contradict them.
     """
@@ -181,11 +176,11 @@ def _pulses(
 
 
 def _pulses_beside(
-    model: TransmissionModel, found_defects: Sequence[defects.Defect], mode: Mode
-) -> tuple[Discovery | None, Mode]:
+    model: TransmissionModel, found_defects: Sequence[defects.Defect], mode: PassedMode
+) -> tuple[Discovery | None, PassedMode]:
     """The same beside a mode."""
     before = replace(model)
-    with_them = beside(model, mode, defects.all_pulses(found_defects))
+    with_them = beside(model, mode[0], defects.all_pulses(found_defects))
     found = None if with_them is None else _told(model, found_defects)
     if found is None or with_them is None:
         model.restore(before)
@@ -224,7 +219,7 @@ def _of_new_orders(law: Discovery, plain: Discovery) -> bool:
     return law.effect in OF_AN_ORDER and set(law.orders) <= set(plain.orders)
 
 
-def _mode(model: TransmissionModel, seed: int) -> Mode | None:
+def _mode(model: TransmissionModel, seed: int) -> PassedMode | None:
     """A mode that orders pass which the simulation has not: they are looked for under it, before anything else is; the
     model then holds both.
     """

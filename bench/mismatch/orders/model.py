@@ -115,12 +115,22 @@ class TransmissionModel:
             setattr(self, item.name, getattr(before, item.name))
 
     @property
+    def without_offset(self) -> FloatArray:
+        """The rows (n,) less their offset, as far as it is known: what orders are found in."""
+        return self.rows.y if self.quiet is None else self.quiet
+
+    @property
+    def compared(self) -> FloatArray:
+        """Samples of each row (n,) that are compared."""
+        return np.where(self.inside, self.rows.number, 0.0)
+
+    @property
     def recorded(self) -> FloatArray:
         """Samples of each row (n,), those that are not compared with them: at rest the shafts have a transmission error
         as well. None of a recording in which nothing is compared, such as one that never turns.
         """
         number, recording = self.rows.number, self.rows.frame.recording
-        compared = np.bincount(recording, np.where(self.inside, number, 0.0)) > 0.0
+        compared = np.bincount(recording, self.compared) > 0.0
         return np.where(compared[recording], number, 0.0)
 
 
@@ -319,9 +329,8 @@ def with_parts(model: TransmissionModel, periodic: Periodic) -> Periodic:
     """What is periodic with what the steady parts of less than a revolution say of its series."""
     if not model.parts or model.seen is None or not periodic.series.orders:
         return periodic
-    y = model.rows.y if model.quiet is None else model.quiet
     rest = replace(periodic, series=periodic.series.less(periodic.series.orders), laws=())
-    rest_of_rows = y.copy()
+    rest_of_rows = model.without_offset.copy()
     for part in model.parts:
         rest_of_rows[part.rows] -= rest.evaluate(model.rows.frame.take(part.rows))
     white = float(np.median(model.seen.white[model.train]))

@@ -43,7 +43,7 @@ def of_law(model: TransmissionModel, found: FoundLaw, before: Periodic) -> Disco
     if not strong(model, values):
         return None
     excess, everywhere = _beyond(model, law)
-    if of_one_recording(np.where(model.inside, model.rows.number, 0.0) * excess**2, frame.recording):
+    if of_one_recording(model.compared * excess**2, frame.recording):
         return None
     term = LIBRARY.get(law.effect)
     quantity = law.variables[0]
@@ -93,8 +93,8 @@ def _beyond(model: TransmissionModel, law: Law) -> tuple[FloatArray, FloatArray]
     """
     assert model.periodic is not None
     frame = model.rows.frame
-    compared = np.where(model.inside, model.rows.number, 0.0)
-    excess, everywhere = model.periodic.beyond_series(law, frame, [compared, model.recorded], model.given.orders)
+    numbers = [model.compared, model.recorded]
+    excess, everywhere = model.periodic.beyond_series(law, frame, numbers, model.given.orders)
     if law.effect != RESONANCE:
         return excess, everywhere
     swinging = model.periodic.swinging(frame)

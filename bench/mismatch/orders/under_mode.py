@@ -1,7 +1,7 @@
-"""Orders of a gearbox that pass a strong mode, looked for under it.
+"""Orders of a gearbox that pass a mode, looked for under it.
 
-A strong mode makes a weak order large at the one speed that excites it and leaves it small at all others: it is no
-order of one vector, and what it leaves leaks into orders that are none. So the orders are looked for once more, from
+A mode makes a weak order large at the one speed that excites it and leaves it small at all others: it is no order of
+one vector, and what it leaves leaks into orders that are none. So the orders are looked for once more, from
 the simulation's own on, with the response of the mode in what each would draw. Then the mode is fitted again: an order
 of the simulation may vary with the speed by its polynomials, an order that was found has one vector.
 """
@@ -39,6 +39,8 @@ MOST_LEVERAGE = 0.99
 """of a revolution that alone tells a vector: it says nothing of another"""
 PLAIN = (("1",), ("p", "n"))
 """factors of an order under a mode: one vector, or one in each direction"""
+PassedMode = tuple[FoundLaw, Periodic]
+"""a mode that orders pass, and what is periodic without it"""
 
 
 def hides(model: TransmissionModel, found: FoundLaw) -> bool:
@@ -56,14 +58,14 @@ def hides(model: TransmissionModel, found: FoundLaw) -> bool:
     return power > STRONG**2 * model.noise.variance
 
 
-def under(model: TransmissionModel, found: FoundLaw, plain: Periodic) -> tuple[FoundLaw, Periodic] | None:
+def under(model: TransmissionModel, found: FoundLaw, plain: Periodic) -> PassedMode | None:
     """Orders and mode found in turns; the mode as it is then, and what is periodic without it.
 
     ``model`` then holds them; None, and the model as it was, where they leave more than ``plain``, the orders that were
     found without the mode, with it.
     """
     before = replace(model)
-    y = model.rows.y if model.quiet is None else model.quiet
+    y = model.without_offset
     least = _left(model, y, plain)
     look = _Search(model, looks(model.rows, model.revolutions))
     law, best = found.law, None
@@ -89,20 +91,16 @@ def under(model: TransmissionModel, found: FoundLaw, plain: Periodic) -> tuple[F
     return None
 
 
-def beside(
-    model: TransmissionModel, mode: tuple[FoundLaw, Periodic], pulses: Sequence[Pulse]
-) -> tuple[FoundLaw, Periodic] | None:
-    """Orders and mode as they are beside some pulses: those that the pulses have drawn go. What is periodic without the
-    mode has the pulses, the model then as well; None, and the model as it was, where nothing is left of the mode.
+def beside(model: TransmissionModel, found: FoundLaw, pulses: Sequence[Pulse]) -> PassedMode | None:
+    """Orders and the mode that was ``found`` as they are beside some pulses: orders that the pulses have drawn go. What
+    is periodic without the mode has the pulses, the model then as well; None, and the model as it was, where nothing is
+    left of the mode.
     """
-    found, _ = mode
     before, periodic = replace(model), model.periodic
     assert periodic is not None
     look = _Search(model, looks(model.rows, model.revolutions))
-    drawn = replace(
-        periodic, series=periodic.series.less(periodic.series.orders), weak=(), pulses=tuple(pulses), laws=()
-    )
-    y = (model.rows.y if model.quiet is None else model.quiet) - drawn.evaluate(model.rows.frame)
+    theta = model.rows.frame.theta
+    y = model.without_offset - sum((p.evaluate(theta) for p in pulses), np.zeros(theta.size))
     best = look.once(y, found.law, _found(periodic, look.known))
     if best is None or model.periodic is None:
         model.restore(before)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -14,7 +13,6 @@ from bench.mismatch.orders.model import Given, TransmissionModel, begun
 from bench.mismatch.orders.model import _orders as look_for_orders
 from bench.mismatch.orders.periodic import Pulse
 from bench.mismatch.recordings.rows import Rows
-from bench.simulation.frame import Frame
 from bench.simulation.laws import resonant
 from tests.bench.mismatch.report import made
 
@@ -26,33 +24,9 @@ MODE = (12.0, 0.06, 0.15)
 PULSE = Pulse(2.1, 0.03, 1e-5)
 
 
-def campaign() -> Frame:
-    """Recordings of one revolution each, either way."""
-    points = [(side * v, t) for t in TORQUES for v in SPEEDS for side in (1.0, -1.0)]
-    few = made.campaign(each=1).take(np.zeros(len(points) * EACH, dtype=np.int64))
-    speed, torque = (np.repeat([p[k] for p in points], EACH) for k in (0, 1))
-    turned = np.tile(np.arange(EACH) * 2.0 * np.pi / EACH, len(points))
-    side = np.sign(speed)
-    return replace(
-        few,
-        recording=np.repeat(np.arange(len(points)), EACH),
-        theta=turned * side,
-        velocity=speed,
-        direction=side,
-        last_direction=side,
-        torque=torque,
-        torque_level=torque,
-        temperature=np.full(few.size, 25.0),
-        steady=np.ones(few.size),
-        step=2.0 * np.pi / EACH / np.abs(speed),
-        time=np.arange(few.size, dtype=np.float64),
-        elapsed=turned / np.abs(speed),
-    )
-
-
 def model(pulses: tuple[Pulse, ...]) -> TransmissionModel:
-    """A gearbox whose orders pass a mode too weak to hide any, and some pulses."""
-    rng, frame = np.random.default_rng(5), campaign()
+    """A gearbox whose orders pass a mode, and some pulses that do not pass it."""
+    rng, frame = np.random.default_rng(5), made.revolutions(SPEEDS, TORQUES, EACH)
     y = NOISE * rng.normal(size=frame.size)
     for order in (*KNOWN, *WEAK):
         size = 1e-5 if order in KNOWN else 3e-6

@@ -23,24 +23,8 @@ RESONANT = Law(RESONANCE, "second_order", (1.5, 0.1, 0.4), 0.0, ORDERS, np.ones(
 
 def campaign() -> Frame:
     """Recordings of one revolution each, either way."""
-    points = [(side * v, t) for t in TORQUES for v in SPEEDS for side in (1.0, -1.0)]
-    few = made.campaign(each=1).take(np.zeros(len(points) * EACH, dtype=np.int64))
-    speed, torque = (np.repeat([p[k] for p in points], EACH) for k in (0, 1))
-    theta = np.tile(np.arange(EACH) * 2.0 * np.pi / EACH, len(points)) * np.sign(speed)
-    warm = np.repeat(22.0 + np.arange(len(points)) * 7 % 20, EACH)
-    recording = np.repeat(np.arange(len(points)), EACH)
-    return replace(
-        few,
-        recording=recording,
-        theta=theta,
-        velocity=speed,
-        direction=np.sign(speed),
-        last_direction=np.sign(speed),
-        torque=torque,
-        torque_level=torque,
-        temperature=warm,
-        time=np.arange(few.size, dtype=np.float64),
-    )
+    frame = made.revolutions(SPEEDS, TORQUES, EACH)
+    return replace(frame, temperature=22.0 + frame.recording * 7.0 % 20.0)
 
 
 def periodic(law: Law) -> Periodic:

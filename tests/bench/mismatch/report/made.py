@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -50,6 +51,29 @@ def campaign(each: int = 60, temperature: bool = True) -> Frame:
             )
         )
     return concatenate(parts)
+
+
+def revolutions(speeds: Sequence[float], torques: Sequence[float], each: int) -> Frame:
+    """Recordings of one steady revolution of ``each`` rows: every speed at every torque, either way."""
+    points = [(side * v, t) for t in torques for v in speeds for side in (1.0, -1.0)]
+    few = campaign(each=1).take(np.zeros(len(points) * each, dtype=np.int64))
+    speed, torque = (np.repeat([p[k] for p in points], each) for k in (0, 1))
+    side, turned = np.sign(speed), np.tile(np.arange(each) * 2.0 * np.pi / each, len(points))
+    return replace(
+        few,
+        recording=np.repeat(np.arange(len(points)), each),
+        theta=turned * side,
+        velocity=speed,
+        direction=side,
+        last_direction=side,
+        torque=torque,
+        torque_level=torque,
+        temperature=np.full(few.size, 25.0),
+        steady=np.ones(few.size),
+        step=2.0 * np.pi / each / np.abs(speed),
+        time=np.arange(few.size, dtype=np.float64),
+        elapsed=turned / np.abs(speed),
+    )
 
 
 def dataset(
