@@ -19,6 +19,7 @@ from scipy.optimize import minimize_scalar
 from bench.mismatch import criteria
 from bench.mismatch.orders.look import PARTS
 from bench.mismatch.orders.revolutions import HIGHEST_BETWEEN, Complex, Revolution, Seen
+from bench.mismatch.orders.varying import varying_gain
 from bench.mismatch.orders.weak import LEAK, MODELS, Stage, WeakOrder
 from bench.simulation.frame import FloatArray
 
@@ -53,8 +54,7 @@ has hundreds that are no order
 """
 HALF = 0.5
 """share of what stands at an order, beyond noise, that it says at least where it is an order: the rest is that of its
-neighbours. A tone is heard with another phase in each revolution, and says less of itself. And the share of an order
-that fitted ones leave, where it is asked in the place of a whole one.
+neighbours. A tone is heard with another phase in each revolution, and says less of itself.
 """
 
 
@@ -118,45 +118,9 @@ def search_between(
     return out
 
 
-def instead(
-    seen: Seen,
-    revolutions: Sequence[Revolution],
-    train: NDArray[np.bool_],
-    fitted: Sequence[float],
-    fresh: Sequence[WeakOrder],
-) -> list[WeakOrder]:
-    """Whole orders that were found beside those that are ``fitted``, with an order between the whole ones in the place
-    of those at its sides where it gains more: it leaks into them, and once they are fitted nothing of it is seen.
-
-    Most orders are whole: the other one has to gain more by what the choice of a part of an order costs, and a form.
-    """
-    whole = Stage.of(seen, revolutions, train)
-    if whole is None or not fresh:
-        return list(fresh)
-    lowest = 1.0 / min(t.revolutions for t in whole.revolutions)
-    table = seen.between()[train] / whole.scale[:, None]
-    found: list[WeakOrder] = []
-    for one in fresh:
-        sides = np.arange(round((one.order - 1.0) * PARTS) + 1, round((one.order + 1.0) * PARTS))
-        grid = sides / PARTS
-        off = np.min(np.abs(np.subtract.outer(grid, np.asarray([*fitted, one.order]))), axis=1)
-        usable = (off > NEXT) & (grid > lowest) & (grid < HIGHEST_BETWEEN)
-        # of one that fitted orders hide something is seen at each of many places
-        usable[usable] = [whole.share(float(f), fitted) >= HALF for f in grid[usable]]
-        lines = (
-            _plainly(beside(whole, float(f), fitted, table[:, k], float(whole.shape[round(f)])), float(f))
-            for f, k in zip(grid[usable], sides[usable], strict=True)
-        )
-        best = max(lines, key=lambda line: line.gain, default=one)
-        more = criteria.RICHER + float(np.log(PARTS))
-        found.append(best if best.gain > one.gain + more else one)
-    out: list[WeakOrder] = []
-    # what leaks into two whole orders is told once, and they are asked again beside it
-    for one in sorted(found, key=lambda w: -w.gain):
-        near = [w for w in out if abs(w.order - one.order) <= 1.0]
-        if not near or not any(is_between(w.order) for w in (one, *near)):
-            out.append(one)
-    return out
+def shape_at(whole: Stage, order: float) -> float:
+    """Shape of the noise at an order."""
+    return float(whole.shape[min(round(order), whole.shape.size - 1)])
 
 
 def _plainly(stage: Stage, order: float) -> WeakOrder:
@@ -222,6 +186,12 @@ class Path:
         gain, which = stage.gains(self.rotated(one.vectors[:, 0], more))
         factors = np.array([len(model) for model in MODELS])[which]
         return gain - np.where(more == 0.0, 0.0, self.price) - (factors - 1) * float(np.log(len(one.revolutions)))
+
+    def told(self, one: Stage, more: float) -> float:
+        """As :meth:`gains`, or with polynomials of the state where these say more."""
+        at = np.array([more])
+        there = replace(one, vectors=self.rotated(one.vectors[:, 0], at))
+        return max(float(self.gains(one, at)[0]), varying_gain(there) - (self.price if more else 0.0))
 
     def stepped(self, one: Stage) -> tuple[int, float]:
         """The step at which an order gains most, and the gain."""

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from bench.mismatch.orders.between import EXACT, FARTHEST, NEXT, SIDE_LINES, Path, is_between, left_of, rounded
 from bench.mismatch.orders.look import PARTS
 from bench.mismatch.orders.revolutions import Complex, Revolution, Seen
+from bench.mismatch.orders.varying import varying_gain
 from bench.mismatch.orders.weak import Stage, WeakOrder
 
 SETTLINGS = 3
@@ -89,21 +90,23 @@ def moved(seen: Seen, found: Mapping[float, WeakOrder], by: Evidence) -> dict[fl
         # a found order may stand where this one should: then it goes. One that the simulation has stays
         more, gain = path.away_from(order, [f for f in seen.orders if f not in found]).followed(one)
         if not is_between(order):
-            if 0.0 < abs(more) <= BESIDE_WHOLE and gain > by.price + here:
+            near = 0.0 < abs(more) <= BESIDE_WHOLE and gain > by.price + here
+            if near and path.told(one, more) > by.price + path.told(one, 0.0):
                 out[order], gained[order] = rounded(order + more), gain - here
             continue
         to_whole, to_part = round(order) - order, round(order * PARTS) / PARTS - order
         near = abs(to_whole) <= 1.0 / PARTS and round(order) not in seen.orders
         off = abs(to_part) > EXACT and all(abs(order + to_part - f) > EXACT for f in seen.orders)
+        told = path.told(one, more) if near or off or more else gain
         # where it stands is one of many places too, unless that is a part of an order
         if abs(to_part) > EXACT and not more:
-            gain -= path.price
+            told -= path.price
         # a whole number, and next to it a part of an order, is no choice of one of many
-        if near and float(path.gains(one, np.array([to_whole]))[0]) + path.price >= gain:
+        if near and path.told(one, to_whole) + path.price >= told:
             out[order] = float(round(order))
-        elif off and float(path.gains(one, np.array([to_part]))[0]) + path.price >= gain:
+        elif off and path.told(one, to_part) + path.price >= told:
             out[order] = round(order * PARTS) / PARTS
-        elif more:
+        elif more and told > path.told(one, 0.0):
             out[order] = rounded(order + more)
         gained[order] = gain - here
     return _apart(out, gained)
@@ -126,11 +129,13 @@ def needless(seen: Seen, found: Mapping[float, WeakOrder], by: Evidence) -> list
     whole = Stage.of(seen, by.revolutions, by.train)
     if whole is None:
         return []
-    gains = {}
+    gains, least = {}, {}
     for order in found:
         one = _alone(whole, seen, order, by)
         gains[order] = float(one.gains(one.vectors)[0][0])
-    least = {f: by.price + (np.log(PARTS) if is_between(f) else 0.0) for f in gains}
+        least[order] = by.price + (float(np.log(PARTS)) if is_between(order) else 0.0)
+        if gains[order] < least[order]:
+            gains[order] = max(gains[order], varying_gain(one))
     out: list[float] = []
     for order in sorted(gains, key=lambda f: gains[f]):
         if gains[order] < least[order] and all(abs(order - gone) > APART for gone in out):

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from bench.mismatch import criteria
 from bench.mismatch.orders import offset_rows as slow
-from bench.mismatch.orders.between import instead, search_between
+from bench.mismatch.orders.between import search_between
 from bench.mismatch.orders.bounds import Bounds
+from bench.mismatch.orders.hidden import unhide
 from bench.mismatch.orders.joint import SETTLINGS, Evidence, settled
 from bench.mismatch.orders.look import HIGHEST_ORDER
 from bench.mismatch.orders.misread import TorqueCheck
@@ -239,7 +240,9 @@ def _orders(model: TransmissionModel, y: FloatArray, seed: int) -> None:
         model.noise = slow.mixture(now, model.revolutions, rows, rows.within, usual_rate(rows.frame))
         fresh = search(now, model.revolutions, model.train, now.orders, _floor(model), model.price)
         fresh = [w for w in fresh if w.order not in found]
-        fresh = instead(now, model.revolutions, model.train, now.orders, fresh)
+        if not fresh and unhide(now, known, found, Evidence(model.revolutions, model.train, model.price)):
+            now = look(found)
+            continue
         if not fresh:
             # with its number an order between two follows what a whole one does with the state: whole ones come first
             fresh = search_between(now, model.revolutions, model.train, now.orders, _floor(model), model.price)

@@ -213,6 +213,13 @@ def calibrate(
     return Series(tuple(float(f) for f in orders), scalings, amplitude, phase, covariance, prior, doubt, loss)
 
 
+def first_prior() -> FloatArray:
+    """Spread of the coefficients (18,) before an order says anything: of the amplitude's, relative, and the phase's."""
+    first = np.concatenate([FIRST_PRIOR, 1.5 * FIRST_PRIOR])
+    first[[6, 7, 8, 15, 16, 17]] *= INTERPLAY
+    return first
+
+
 def _empirical_prior(found: FloatArray, determined: FloatArray) -> FloatArray:
     """Spread of each monomial's coefficient over all orders and directions (18,): the orders tell one another what is
     usual.
@@ -223,8 +230,7 @@ def _empirical_prior(found: FloatArray, determined: FloatArray) -> FloatArray:
     limit = np.maximum(3.0 * np.median(np.abs(found), axis=0) / 0.6745, 1e-9)
     # a mean of squares that a single wild order does not rule
     squares = np.minimum(np.abs(found), limit) ** 2
-    first = np.concatenate([FIRST_PRIOR, 1.5 * FIRST_PRIOR])
-    first[[6, 7, 8, 15, 16, 17]] *= INTERPLAY
+    first = first_prior()
     for part in (slice(0, 9), slice(9, 18)):  # how much the amplitudes depend on anything, and the phases
         if determined[:, part].sum() >= 1.0:  # revolutions at one state do not say
             first[part] *= np.sqrt(squares[:, part].sum() / float(np.sum(determined[:, part] * first[part] ** 2)))
@@ -234,8 +240,9 @@ def _empirical_prior(found: FloatArray, determined: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, slots=True)
 class OrderFit:
-    """Polynomials of one order: amplitude (10,) rad, phase (10,) rad, the loss, covariance (20, 20) of both, and how
-    far (0 to 1) the data rather than the prior determine each coefficient but the constants (18,).
+    """Polynomials of one order: amplitude (10,) rad, phase (10,) rad, the loss, covariance (20, 20) of both, how far
+    (0 to 1) the data rather than the prior determine each coefficient but the constants (18,), and the ``size`` that
+    the amplitude's prior is relative to, rad.
     """
 
     amplitude: FloatArray
@@ -243,6 +250,7 @@ class OrderFit:
     loss: float
     covariance: FloatArray
     determined: FloatArray
+    size: float
 
 
 def fit_order(
@@ -263,6 +271,7 @@ def fit_order(
         found.squares,
         found.covariance,
         np.clip(1.0 - found.open_share[keep], 0.0, 1.0),
+        size,
     )
 
 

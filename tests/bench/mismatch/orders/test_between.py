@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bench.mismatch.orders import between
-from bench.mismatch.orders.between import _usual, instead, search_between
+from bench.mismatch.orders.between import _usual, search_between
 from bench.mismatch.orders.look import PARTS, Look
 from bench.mismatch.orders.revolutions import Revolution, Seen, seen
 from bench.mismatch.orders.weak import WeakOrder, search
@@ -82,27 +82,6 @@ def test_an_order_between_the_whole_ones_takes_none_of_them_away(fitted: float, 
     assert whole in [line.order for line in search(now, revolutions, train, (fitted,), NOISE, PRICE)]
     again, _ = shown(13, 2.0, waves, (fitted, float(whole)))
     assert search(again, revolutions, train, (fitted, float(whole)), NOISE, PRICE) == []
-
-
-def test_an_order_is_asked_before_the_whole_ones_at_its_sides_hide_it() -> None:
-    """Every other revolution may be fitted: it leaks into 88 and 89 there with the same phase each time."""
-    waves = np.array([(88.5, 2.0 * NOISE, 0.4), (60.0, 2.0 * NOISE, 1.1)])
-    now, revolutions = shown(16, 1.02, waves)
-    train = np.arange(16) % 2 == 0
-    fresh = search(now, revolutions, train, (), NOISE, PRICE)
-    assert {line.order for line in fresh} & {88.0, 89.0}
-    lines = instead(now, revolutions, train, (), fresh)
-    assert sorted(line.order for line in lines if abs(line.order - 88.5) < 3.0) == [88.5]
-    assert 60.0 in [line.order for line in lines]
-
-
-def test_a_whole_order_stays_where_it_is() -> None:
-    waves = np.array([(88.0, 2.0 * NOISE, 0.4), (92.0, 1.0 * NOISE, 1.1)])
-    now, revolutions = shown(12, 1.0, waves)
-    train = np.ones(12, dtype=bool)
-    fresh = search(now, revolutions, train, (), NOISE, PRICE)
-    assert {line.order for line in fresh} == {88.0, 92.0}
-    assert instead(now, revolutions, train, (), fresh) == fresh
 
 
 def test_an_order_is_found_though_others_have_more_energy_than_noise_everywhere(

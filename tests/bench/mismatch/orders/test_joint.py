@@ -9,9 +9,10 @@ import pytest
 
 from bench.mismatch.orders.between import FARTHEST, NEXT, Path
 from bench.mismatch.orders.joint import Evidence, moved, needless
-from bench.mismatch.orders.look import Look
-from bench.mismatch.orders.revolutions import Revolution, seen
+from bench.mismatch.orders.look import PARTS, Look
+from bench.mismatch.orders.revolutions import Revolution, Seen, seen
 from bench.mismatch.orders.weak import WeakOrder
+from bench.simulation.frame import FloatArray
 from tests.bench.mismatch.orders.test_between import NOISE, PRICE, ROWS, shown
 
 TRAIN = np.ones(13, dtype=bool)
@@ -134,3 +135,41 @@ def test_orders_are_judged_before_what_they_have_passed() -> None:
     assert needless(passed, of(20.0), Evidence(revolutions, TRAIN, PRICE)) == [20.0]
     assert needless(passed, of(20.0), Evidence(revolutions, TRAIN, PRICE, lambda _order: by)) == []
     assert moved(passed, of(20.0), Evidence(revolutions, TRAIN, PRICE, lambda _order: by)) == {}
+
+
+def turning(order: float, turn: float, number: int = 30) -> tuple[Seen, list[Revolution]]:
+    """Segments that follow each other at rising loads, with an order whose phase turns by ``turn`` (rad) with the load
+    and by a tenth of its square; what is left when it is fitted.
+    """
+    rng = np.random.default_rng(5)
+    load = np.linspace(-1.0, 1.0, number)
+    theta = 2.0 * np.pi * 1.1 * np.arange(number * ROWS) / ROWS
+    phase = np.repeat(turn * (load + 0.1 * load**2), ROWS)
+    y = 20.0 * NOISE * np.cos(order * theta + phase) + NOISE * rng.normal(size=theta.size)
+    places = [slice(k * ROWS, (k + 1) * ROWS) for k in range(number)]
+    revolutions = [
+        Revolution(k, rows, 1000.0 * load[k], 0.1, 25.0, 60.0 * k, 1.0, 1.0, 60.0) for k, rows in enumerate(places)
+    ]
+    looks = [Look(theta[rows], np.ones(ROWS), rows, 2.0 * np.pi) for rows in places]
+    return seen(looks, revolutions, y, (order,)), revolutions
+
+
+@pytest.mark.parametrize("turn", [1.5, 2.5])
+def test_an_order_whose_phase_turns_far_with_the_load_stays(turn: float) -> None:
+    """No vectors in proportion to the load say it, and beside it the angle makes the phase run as the load does."""
+    now, revolutions = turning(20.0, turn)
+    by = Evidence(revolutions, np.ones(30, dtype=bool), PRICE)
+    assert moved(now, of(20.0), by) == {}
+    assert needless(now, of(20.0), by) == []
+
+
+def test_an_order_found_beside_one_that_turns_with_the_load_goes_there() -> None:
+    now, revolutions = turning(20.0, 2.5)
+    beside = 20.0 - 1.0 / PARTS
+    now = replace(now, orders=(beside,), vectors=now.vectors * np.exp(1j * (20.0 - beside) * middles(now))[:, None])
+    assert moved(now, of(beside), Evidence(revolutions, np.ones(30, dtype=bool), PRICE)) == {beside: 20.0}
+
+
+def middles(now: Seen) -> FloatArray:
+    """Mean angle of the segments, rad."""
+    return np.array([rest.theta.mean() for rest in now.rest])

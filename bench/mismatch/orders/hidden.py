@@ -1,0 +1,155 @@
+"""An order between two whole ones that these hide: it leaks into both of them, and once they are fitted in each
+revolution nothing of it is left.
+
+A wave of such an order makes vectors of both whole ones in a proportion that the angle of each revolution tells. So
+the two are one order where one alone says what they say: with whole orders alone they would be two, or one whose phase
+runs away with the angle. It is asked when all whole orders that stand out are fitted: what of others still leaks into
+the two would be taken for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from bench.mismatch import criteria
+from bench.mismatch.orders.between import is_between, left_of, shape_at
+from bench.mismatch.orders.joint import Evidence
+from bench.mismatch.orders.look import PARTS
+from bench.mismatch.orders.revolutions import HIGHEST_BETWEEN, Complex, Seen
+from bench.mismatch.orders.varying import varying_gain
+from bench.mismatch.orders.weak import MODELS, NEIGHBOUR_REVOLUTIONS, Stage, WeakOrder
+
+
+def unhide(seen: Seen, known: Collection[float], found: dict[float, WeakOrder], by: Evidence) -> bool:
+    """Put an order between two whole ones in the place of these, among the ``found`` orders beside the ``known`` ones,
+    where it says more of both. Whether one was put so.
+    """
+    whole = Stage.of(seen, by.revolutions, by.train)
+    if whole is None:
+        return False
+    pairs = _Pairs(whole, seen, by, known, found)
+    lower = sorted({k for f in found if not is_between(f) for k in (f - 1.0, f)})
+    best = [line for line in (pairs.best(k) for k in lower) if line is not None]
+    gone: set[float] = set()
+    for _, line, sides in sorted(best, key=lambda item: -item[0]):
+        if gone.isdisjoint(sides):
+            gone |= {*sides}
+            for side in sides:
+                found.pop(side, None)
+            found[line.order] = line
+    return bool(gone)
+
+
+@dataclass(frozen=True, slots=True)
+class _Pairs:
+    """Found whole orders and their neighbours in the training revolutions."""
+
+    whole: Stage
+    seen: Seen
+    by: Evidence
+    known: Collection[float]
+    found: Mapping[float, WeakOrder]
+
+    def best(self, lower: float) -> tuple[float, WeakOrder, tuple[float, ...]] | None:
+        """The order between ``lower`` and the next whole one that gains most in their place: what it gains more, the
+        order, the whole ones; None where none gains enough.
+        """
+        sides = tuple(f for f in (lower, lower + 1.0) if f >= 1.0 and f not in self.known)
+        lowest = 1.0 / min(t.revolutions for t in self.whole.revolutions)
+        near = [f for f in self.seen.orders if is_between(f) and lower - 1.0 < f < lower + 2.0]
+        if not sides or lower + 1.0 > HIGHEST_BETWEEN or near:
+            return None
+        here = [self._side(f) for f in sides]
+        before = sum(_score(one, _energy(one)) for one in here)
+        plain = [self._whole_gain(f, one, False) for f, one in zip(sides, here, strict=True)]
+        best: tuple[float, WeakOrder, Stage] | None = None
+        for part in range(1, PARTS):
+            order = lower + part / PARTS
+            if order <= lowest:
+                continue
+            one, across = self._together(order, sides, here)
+            most = before - _score(one, 0.0) - across
+            least = sum(plain) + self._price
+            if most <= max(least, best[0] if best is not None else -np.inf):
+                continue
+            gain, which = one.gains(one.vectors)
+            total = before - _score(one, _energy(one)) + float(gain[0]) - across
+            if total > max(least, best[0] if best is not None else -np.inf):
+                line = one.estimated(order, MODELS[which[0]], one.vectors[:, 0], float(one.shape[0]), float(gain[0]))
+                best = total, line, one
+        if best is None:
+            return None
+        more = best[0] - sum(self._whole_gain(f, one, True) for f, one in zip(sides, here, strict=True)) - self._price
+        return (more, best[1], sides) if more > 0.0 else None
+
+    @property
+    def _price(self) -> float:
+        """An order between two has to gain as much as one of many forms and places."""
+        return self.by.price + criteria.RICHER + float(np.log(PARTS))
+
+    def _whole_gain(self, order: float, one: Stage, varying: bool) -> float:
+        """What a whole order says of its vectors, less what an order has to gain; nothing of one that was not found."""
+        if order not in self.found:
+            return 0.0
+        gain = float(one.gains(one.vectors)[0][0])
+        return (max(gain, varying_gain(one)) if varying else gain) - self.by.price
+
+    def _side(self, order: float) -> Stage:
+        """The revolutions at one whole order."""
+        whole = self.whole
+        if order not in self.seen.orders:
+            vectors = whole.vectors[:, round(order)][:, None]
+            return whole.rescaled(vectors, whole.scale, np.array([shape_at(whole, order)]))
+        scale = whole.scale / left_of(whole, order, self.seen.orders)
+        vectors = (self.seen.vectors[self.by.train, self.seen.orders.index(order)] / scale)[:, None]
+        return whole.rescaled(vectors, scale, np.array([shape_at(whole, order)]))
+
+    def _together(self, order: float, sides: tuple[float, ...], here: list[Stage]) -> tuple[Stage, float]:
+        """The revolutions at an order between, from the vectors that its wave makes of the whole ones at its sides; and
+        the score of what these have that it does not make.
+        """
+        makes = np.column_stack([self._makes(order, f, sides) for f in sides])
+        makes = makes / np.column_stack([one.scale for one in here])
+        shown = np.column_stack([one.vectors[:, 0] for one in here])
+        size = np.sqrt(np.sum(np.abs(makes) ** 2, axis=1))
+        along = np.sum(np.conj(makes) * shown, axis=1) / size
+        one = here[0].rescaled(along[:, None], 1.0 / size, here[0].shape)
+        if len(sides) == 1:
+            return one, 0.0
+        across = max(float(np.sum(np.abs(shown) ** 2)) - _energy(one), 0.0)
+        return one, _score(one, across)
+
+    def _makes(self, order: float, side: float, sides: tuple[float, ...]) -> Complex:
+        """Vectors (revolutions,) that a wave of an ``order`` with the vector 1 makes of one whole order."""
+        if side not in self.seen.orders:
+            return self._mean(order - side, whole_revolutions=True)
+        other = next((f for f in sides if f != side and f in self.seen.orders), None)
+        own = self._mean(order - side)
+        if other is None:
+            return own
+        both, of_other = self._mean(other - side), self._mean(order - other)
+        return np.asarray((own - both * of_other) / (1.0 - np.abs(both) ** 2))
+
+    def _mean(self, off: float, whole_revolutions: bool = False) -> Complex:
+        """Mean (revolutions,) of exp(j*off*theta) over the revolutions' rows, or those of whole revolutions."""
+        out = np.empty(len(self.whole.revolutions), dtype=np.complex128)
+        rests = (rest for rest, trained in zip(self.seen.rest, self.by.train, strict=True) if trained)
+        for k, (turned, rest) in enumerate(zip(self.whole.revolutions, rests, strict=True)):
+            span = rest.theta[-1] - rest.theta[0]
+            if whole_revolutions:
+                span = np.sign(span) * 2.0 * np.pi * turned.revolutions
+            out[k] = np.sinc(off * span / (2.0 * np.pi)) * np.exp(1j * off * (rest.theta[0] + 0.5 * span))
+        return out
+
+
+def _score(one: Stage, energy: float) -> float:
+    """Log-likelihood that an energy of a stage costs (:func:`bench.mismatch.orders.weak.gain_of`)."""
+    prior = 2.0 * NEIGHBOUR_REVOLUTIONS * float(one.shape[0]) ** 2
+    return (len(one.revolutions) + NEIGHBOUR_REVOLUTIONS) * float(np.log(energy + prior))
+
+
+def _energy(one: Stage) -> float:
+    return float(np.sum(np.abs(one.vectors) ** 2))

@@ -1,0 +1,51 @@
+"""Orders between the whole ones that these hide."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bench.mismatch.orders.hidden import unhide
+from bench.mismatch.orders.joint import Evidence
+from bench.mismatch.orders.weak import WeakOrder, search
+from bench.simulation.frame import FloatArray
+from tests.bench.mismatch.orders.test_between import NOISE, PRICE, shown
+
+EVERY_OTHER = np.arange(16) % 2 == 0
+
+
+def found_whole(waves: FloatArray, travelled: float) -> dict[float, WeakOrder]:
+    """Whole orders that are found one after another in every other of sixteen segments."""
+    found: dict[float, WeakOrder] = {}
+    while True:
+        now, revolutions = shown(16, travelled, waves, tuple(sorted(found)))
+        fresh = search(now, revolutions, EVERY_OTHER, now.orders, NOISE, PRICE)
+        if not fresh:
+            return found
+        found |= {line.order: line for line in fresh}
+
+
+def unhidden(waves: FloatArray, travelled: float) -> tuple[set[float], dict[float, WeakOrder]]:
+    found = found_whole(waves, travelled)
+    before = set(found)
+    now, revolutions = shown(16, travelled, waves, tuple(sorted(found)))
+    unhide(now, (), found, Evidence(revolutions, EVERY_OTHER, PRICE))
+    return before, found
+
+
+@pytest.mark.parametrize("travelled", [1.0, 1.02])
+def test_an_order_that_leaks_into_two_whole_ones_takes_their_place(travelled: float) -> None:
+    before, found = unhidden(np.array([(88.5, 4.0 * NOISE, 0.4), (60.0, 2.0 * NOISE, 1.1)]), travelled)
+    assert before & {88.0, 89.0}
+    assert [f for f in found if abs(f - 88.5) < 1.0] == [88.5]
+    assert found[88.5].amplitude == pytest.approx(4.0 * NOISE, rel=0.1)
+    assert 60.0 in found
+
+
+@pytest.mark.parametrize("travelled", [1.0, 1.02])
+@pytest.mark.parametrize(
+    "waves", [[(88.0, 2.0 * NOISE, 0.4), (92.0, NOISE, 1.1)], [(88.0, 4.0 * NOISE, 0.4), (89.0, 3.0 * NOISE, 1.1)]]
+)
+def test_whole_orders_stay_where_they_are(waves: list[tuple[float, float, float]], travelled: float) -> None:
+    before, found = unhidden(np.array(waves), travelled)
+    assert set(found) == before == {f for f, _, _ in waves}
