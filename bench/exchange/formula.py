@@ -71,9 +71,11 @@ class Written(NDArrayOperatorsMixin):
     def __getitem__(self, key: Any) -> Written:
         return self
 
-    def remembered(self, kind: str, *constants: float) -> Written:
-        """A state that is carried from sample to sample; each is one of its own unless kind and input are the same."""
-        return node(kind, (self,), constants)
+    def remembered(self, kind: str, *constants: float, beside: Sequence[Value] = ()) -> Written:
+        """A state that is carried from sample to sample; each is one of its own unless kind, this input and those
+        ``beside`` it are the same.
+        """
+        return node(kind, (self, *(lift(value) for value in beside)), constants)
 
 
 _COMPARISONS = ("gt", "ge", "lt", "le", "eq", "ne")

@@ -40,7 +40,7 @@ static double table(int n, const int *sizes, const double *const *knots, const d
 }
 
 /* States: z[0] is 1 once they have begun; each is called once a sample, dt is the time since the sample before. */
-static double relaxing(double *z, double dt, double x, double scale, double from_zero, double rate)
+static double relaxing(double *z, double dt, double x, double rate, double scale, double from_zero)
 {
     if (z[0] == 0.0) { z[0] = 1.0; z[1] = from_zero != 0.0 ? 0.0 : x; z[2] = 0.0; }
     double step = x - z[1];

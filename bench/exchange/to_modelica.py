@@ -57,9 +57,9 @@ _FUNCTIONS = """
 
   function relaxing
     extends State;
+    input Real rate;
     input Real scale;
     input Real from_zero;
-    input Real rate;
   protected
     Real step;
     Real share;

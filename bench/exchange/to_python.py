@@ -46,7 +46,7 @@ def _table(knots, values, places):
 # States: each is called once a sample with what it keeps (a list), the step of time, and its input.
 
 
-def _relaxing(s, dt, x, scale, from_zero, rate):
+def _relaxing(s, dt, x, rate, scale, from_zero):
     if not s:
         s += [0.0 if from_zero else x, 0.0]
     step, s[0] = x - s[0], x

@@ -18,8 +18,10 @@ RATES = (0.2, 0.8, 3.0)
 """1/s at which a loop forgets where its input wavers: a control loop's wavering of a few hertz by a hundredth to a
 tenth of the loop's width
 """
-FORGETS = " - r*z*dt"
-"""what the equation of a relaxing state has more where it forgets at a rate r"""
+RATES_IN_MOTION = (0.1, 0.5, 2.5)
+"""1/rad at which a loop forgets where its input wavers with the angle: a torque of order 100 by a thousandth to a
+fortieth of the loop's width
+"""
 _CODES: dict[Between, int] = {"fresh": 0, "kept": 1, "released": 2}
 
 
@@ -32,7 +34,7 @@ def begins(state: str, between: Between) -> str:
 
 
 @numba.njit(cache=True)
-def _relaxing(x: FloatArray, dt: FloatArray, starts: np.ndarray, scale: float, between: int, rate: float) -> FloatArray:
+def _relaxing(x: FloatArray, forgotten: FloatArray, starts: np.ndarray, scale: float, between: int) -> FloatArray:
     out = np.empty(x.size)
     z = 0.0
     previous = 0.0
@@ -46,7 +48,7 @@ def _relaxing(x: FloatArray, dt: FloatArray, starts: np.ndarray, scale: float, b
             previous = 0.0
         else:
             previous = x[a]
-        z, previous = relax_along(x[a:b], dt[a:b], out[a:b], z, previous, scale, rate)
+        z, previous = relax_along(x[a:b], forgotten[a:b], out[a:b], z, previous, scale)
     return out
 
 
@@ -76,19 +78,22 @@ def _lag(x: FloatArray, dt: FloatArray, starts: np.ndarray, constant: float) -> 
     return out
 
 
-def relaxing(x: FloatArray, frame: Frame, scale: float, between: Between = "fresh", rate: float = 0.0) -> FloatArray:
-    """State z that relaxes to the sign of dx over a distance ``scale`` and is forgotten at a ``rate`` (1/s):
-    dz = (1 − z·sgn dx)·dx/scale − z·rate·dt (Dahl, i = 1).
+def relaxing(
+    x: FloatArray, frame: Frame, scale: float, between: Between = "fresh", rate: float | FloatArray = 0.0
+) -> FloatArray:
+    """State z that relaxes to the sign of dx over a distance ``scale`` and is forgotten at a ``rate`` (1/s), one or one
+    a row (n,): dz = (1 − z·sgn dx)·dx/scale − z·rate·dt (Dahl, i = 1).
 
     An input that wavers to and fro by less than a row shows makes the state forget: of what it turns through,
     |dx|, z loses z·|dx|/scale.
     """
     if not isinstance(x, np.ndarray):
-        return x.remembered("relaxing", scale, float(between == "released"), rate)
+        return x.remembered("relaxing", scale, float(between == "released"), beside=(rate,))
+    forgotten = np.ascontiguousarray(rate * frame.step)
     if frame.memory is not None:
-        return frame.memory.relaxing(np.ascontiguousarray(x), frame.step, scale, rate)
+        return frame.memory.relaxing(np.ascontiguousarray(x), forgotten, scale)
     starts = recording_starts(frame)
-    return np.asarray(_relaxing(np.ascontiguousarray(x), frame.step, starts, scale, _CODES[between], rate))
+    return np.asarray(_relaxing(np.ascontiguousarray(x), forgotten, starts, scale, _CODES[between]))
 
 
 def play(x: FloatArray, frame: Frame, half_width: float, between: Between = "fresh") -> FloatArray:

@@ -21,16 +21,16 @@ def relax(z: float, step: float, scale: float, forgotten: float = 0.0) -> float:
 
 @numba.njit(cache=True)
 def relax_along(
-    x: FloatArray, dt: FloatArray, out: FloatArray, z: float, previous: float, scale: float, rate: float
+    x: FloatArray, forgotten: FloatArray, out: FloatArray, z: float, previous: float, scale: float
 ) -> tuple[float, float]:
     """Fill ``out`` (n,) with the state along x, from a state and the input before it; both as they are at the end.
 
-    ``dt`` (n,): time since the row before, s; ``rate`` of forgetting, 1/s.
+    ``forgotten`` (n,): rate of forgetting times the time since the row before.
     """
     for i in range(x.size):
         step = x[i] - previous
         previous = x[i]
-        z = relax(z, step, scale, rate * dt[i])
+        z = relax(z, step, scale, forgotten[i])
         out[i] = z
     return z, previous
 
@@ -77,13 +77,15 @@ class Memory:
         """Begin with the first state again: the next frame's terms ask in the same order."""
         self._asked = 0
 
-    def relaxing(self, x: FloatArray, dt: FloatArray, scale: float, rate: float) -> FloatArray:
-        """The relaxing state along x (n,), as it goes on; ``dt`` (n,) s between rows, ``rate`` of forgetting, 1/s."""
+    def relaxing(self, x: FloatArray, forgotten: FloatArray, scale: float) -> FloatArray:
+        """The relaxing state along x (n,), as it goes on; ``forgotten`` (n,) rate of forgetting times the time since
+        the row before.
+        """
         states, out = self._next(), np.empty(x.size)
         if np.isnan(states[0]):
             states[:] = 0.0, x[0]
         out[0] = states[0]
-        states[:] = relax_along(x[1:], dt[1:], out[1:], states[0], states[1], scale, rate)
+        states[:] = relax_along(x[1:], forgotten[1:], out[1:], states[0], states[1], scale)
         return out
 
     def play(self, x: FloatArray, half_width: float) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -34,7 +35,9 @@ MOST_AUXILIARY = 6
 MOST_ALIKE = 4
 """parts that one effect may have: two orders, two plays"""
 MOST_FORMS = 3
-"""forms of one effect that are refined in a step"""
+"""forms of one effect that are compared in a step"""
+MOST_REFINED = 9
+"""forms of one effect that are refined in a step: of some, such as stacks of loops, all sizes have to have one sign"""
 SHORT_LIST = 3
 """effects, and free functions, that are refined and compared on points left out in a step"""
 
@@ -77,7 +80,7 @@ def best_candidate(
             if regressor.effect not in taken and (len(named) < SHORT_LIST or regressor.term.nominal):
                 forms = named.setdefault(regressor.effect, {})
                 # which form is best is known when each has its own parameters: a knee lies between two grid points
-                if len(forms) < MOST_FORMS:
+                if len(forms) < MOST_REFINED:
                     forms.setdefault(regressor.form.name, int(k))
         elif of_auxiliary(regressor):
             may = more_functions and beside < MOST_AUXILIARY
@@ -98,10 +101,13 @@ def best_candidate(
     best: tuple[float, Chosen] | None = None
     nominal = any(LIBRARY[effect].nominal for effect in named)
     start = float(search.to_be_beaten(model.chosen).sum())
+    compared: Counter[str] = Counter()
     for k in eligible:
-        candidate = shaped(search, model.chosen, search.blocks[k].regressor)
+        effect = search.blocks[k].regressor.effect
+        candidate = shaped(search, model.chosen, search.blocks[k].regressor) if compared[effect] < MOST_FORMS else None
         if candidate is None or not strength(search.model, candidate).enough:
             continue
+        compared[effect] += 1
         total = float(search.density([*model.chosen, candidate]).sum()) - handicap_of(search, candidate)
         total -= description(model, candidate)
         if not candidate.nominal:

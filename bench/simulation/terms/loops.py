@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.memory import FORGETS, NOISE_SHARE, RATES, Between, begins, play, relaxing
+from bench.simulation.memory import NOISE_SHARE, RATES, RATES_IN_MOTION, Between, begins, play, relaxing
 from bench.simulation.terms.base import Columns, Form, Point, Symbol, columns, logarithmic, top
 
 BETWEEN: tuple[Between, ...] = ("fresh", "kept", "released")
@@ -17,15 +19,20 @@ WIDEST = 0.4
 """of the largest torque: a loop that is wider is hardly turned, and looks like a gain or a compliance"""
 NARROWEST_STACK = 0.08
 """of the largest torque, the middle of a stack's plays"""
+NARROWEST_PAIR = 0.02
+"""of the largest torque, the narrower of two plays"""
 STACK = (0.4, 1.0, 2.2)
 """widths of a stack of plays, in units of its parameter"""
+RATIOS = (2.5, 6.0)
+"""of the widths of two plays, to begin with"""
 
 
 @dataclass(frozen=True, slots=True)
 class Loops:
     """What loops are over: ``level(frame)`` the torque without slow noise (n,), called ``torque`` in equations.
 
-    What they add to (``output``); the ``size`` of a loop, its ``width`` and the ``rate`` at which it forgets;
+    What they add to (``output``); the ``size`` of a loop, its ``width``, and the ``rate`` at which it forgets, in time
+    or ``in_motion``;
     ``relaxing``: name of the form that relaxes; ``widest_stack``: of the largest torque, the middle of a stack's plays.
     """
 
@@ -35,19 +42,20 @@ class Loops:
     size: Symbol
     width: Symbol
     rate: Symbol
+    in_motion: Symbol
     relaxing: str
     widest_stack: float = WIDEST
 
     def forms(self) -> tuple[Form, ...]:
-        """Play, a state that relaxes (Dahl), and a stack of plays, each with what it does between recordings; and a
-        state that forgets.
+        """Play, a state that relaxes (Dahl), a stack of plays, two plays, and a state that forgets in motion, each with
+        what it does between recordings; and one that forgets in time.
         """
         h, w, torque, out = self.size.symbol, self.width.symbol, self.torque, self.output
         play_text = f"{out} += {h}*({torque} - y)/{w}, y = max({torque} - {w}, min({torque} + {w}, y))"
-        relaxing_text, forgetting_text = (
+        relaxing_text, forgetting_text, in_motion_text = (
             f"{out} += {h}*z, dz = (1 - z*sgn(dx))*dx/{w}{forgets}, "
             f"x = max({torque} - {NOISE_SHARE:g}*{w}, min({torque} + {NOISE_SHARE:g}*{w}, x))"
-            for forgets in ("", FORGETS)
+            for forgets in ("", f" - {self.rate.symbol}*z*dt", f" - {self.in_motion.symbol}*z*abs(dtheta)")
         )
         parts = range(1, len(STACK) + 1)
         sizes = tuple(
@@ -63,10 +71,25 @@ class Loops:
                 f"w_{k} = {f'{share:g}*' if share != 1.0 else ''}{w}" for k, share in zip(parts, STACK, strict=True)
             ),
         )
+        two = (
+            Symbol(f"{h}_1", self.size.unit, "half width of the narrower loop"),
+            Symbol(f"{h}_2", self.size.unit, "half width of the wider loop"),
+        )
+        two_widths = (
+            Symbol(f"{w}_1", self.width.unit, "torque over which the narrower loop turns", 0.0),
+            Symbol(f"{w}_2", self.width.unit, "torque over which the wider loop turns", 0.0),
+        )
+        pair_text = "{} += {}, y_k = max({} - {}_k, min({} + {}_k, y_k))".format(
+            out, " + ".join(f"{h}_{k}*({torque} - y_{k})/{w}_{k}" for k in (1, 2)), torque, w, torque, w
+        )
+        one, width, width_and_rate = (self.size,), (self.width,), (self.width, self.in_motion)
+        noise = NOISE_SHARE
         kinds = (
-            ("play", self._play, (self.size,), self.widths, play_text, "y", 0.0),
-            (self.relaxing, self._relaxing, (self.size,), self.widths, relaxing_text, "z", NOISE_SHARE),
-            ("stack", self._stack, sizes, self.widths_of_a_stack, stack_text, "y_k", 0.0),
+            ("play", self._play, one, width, self.widths, play_text, "y", 0.0),
+            (self.relaxing, self._relaxing, one, width, self.widths, relaxing_text, "z", noise),
+            ("stack", self._stack, sizes, width, self.widths_of_a_stack, stack_text, "y_k", 0.0),
+            ("pair", self._pair, two, two_widths, self._pair_points, pair_text, "y_k", 0.0),
+            ("dithered", self._dithered, one, width_and_rate, self._dithered_points, in_motion_text, "z", noise),
         )
         return (
             *(
@@ -74,14 +97,14 @@ class Loops:
                     f"{name}{SUFFIX[between]}",
                     make(between),
                     linear,
-                    (self.width,),
+                    nonlinear,
                     grid,
                     one_sign=len(linear) > 1,
                     remembers=between != "fresh",
                     equation=f"{text}, {begins(state, between)}",
                     blur=blur,
                 )
-                for name, make, linear, grid, text, state, blur in kinds
+                for name, make, linear, nonlinear, grid, text, state, blur in kinds
                 for between in BETWEEN
             ),
             Form(
@@ -120,6 +143,18 @@ class Loops:
 
         return regressors
 
+    def _pair(self, between: Between) -> Columns:
+        def regressors(frame: Frame, point: Point) -> FloatArray:
+            x = self.level(frame)
+            return columns(*((x - play(x, frame, w, between)) / w for w in point))
+
+        return regressors
+
+    def _pair_points(self, frame: Frame) -> tuple[Point, ...]:
+        largest = top(self.level(frame))
+        narrow = logarithmic(NARROWEST_PAIR * largest, WIDEST / max(RATIOS) * largest, 3)
+        return tuple((w, ratio * w) for (w,) in narrow for ratio in RATIOS)
+
     def _relaxing(self, between: Between) -> Columns:
         def regressors(frame: Frame, point: Point) -> FloatArray:
             return columns(relaxing(self._quiet(frame, point[0]), frame, point[0], between))
@@ -131,6 +166,16 @@ class Loops:
 
     def _forgetting_points(self, frame: Frame) -> tuple[Point, ...]:
         return tuple((w, rate) for (w,) in self.widths_of_a_stack(frame) for rate in RATES)
+
+    def _dithered(self, between: Between) -> Columns:
+        def regressors(frame: Frame, point: Point) -> FloatArray:
+            rate = point[1] * np.abs(frame.velocity)
+            return columns(relaxing(self._quiet(frame, point[0]), frame, point[0], between, rate))
+
+        return regressors
+
+    def _dithered_points(self, frame: Frame) -> tuple[Point, ...]:
+        return tuple((w, rate) for (w,) in self.widths_of_a_stack(frame) for rate in RATES_IN_MOTION)
 
     def _quiet(self, frame: Frame, width: float) -> FloatArray:
         """The torque without the sensor's noise, which would turn the loop by itself."""

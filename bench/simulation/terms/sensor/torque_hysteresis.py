@@ -12,6 +12,9 @@ LOOPS = Loops(
     size=Symbol("h_s", "N*m", "half width of the loop"),
     width=Symbol("w_h", "N*m", "torque over which the loop turns", 0.0),
     rate=Symbol("r", "1/s", "rate at which the loop forgets, for the load wavers to and fro", 0.0),
+    in_motion=Symbol(
+        "k", "1/rad", "rate at which the loop forgets in motion, for the load wavers with the angle (dither)", 0.0
+    ),
     relaxing="dahl",
     # the simulation has a compliance, which is what the widest play of a stack looks like, but no gain of the sensor
     widest_stack=WIDEST / max(STACK),

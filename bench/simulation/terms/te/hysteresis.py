@@ -35,6 +35,9 @@ LOOPS = Loops(
     size=H,
     width=Symbol("w", "N*m", "torque over which the loop turns", 0.0),
     rate=Symbol("r", "1/s", "rate at which the loop forgets, for the torque wavers to and fro", 0.0),
+    in_motion=Symbol(
+        "k", "1/rad", "rate at which the loop forgets in motion, for the torque wavers with the angle (dither)", 0.0
+    ),
     relaxing="bouc_wen",
 )
 _REVERSAL = "TE += h*(z - d), dz = (1 - z*sgn(dx))*dx/s, x = theta, nothing at standstill"

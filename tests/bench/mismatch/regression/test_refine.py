@@ -78,6 +78,8 @@ def test_a_loop_behind_a_play_is_no_better_known_than_that() -> None:
         "bouc": NOISE_SHARE,
         "stack": 0.0,
         "forgetting": NOISE_SHARE,
+        "dithered": NOISE_SHARE,
+        "pair": 0.0,
         "reversal": 0.0,
     }
 
