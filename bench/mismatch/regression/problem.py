@@ -202,6 +202,21 @@ class WanderingZero(Untold):
             out[rows, k] = integral(np.where(stretch, omega[rows], 0.0), frame.take(rows))
         return out
 
+    def told(self, frame: Frame, precision: FloatArray, left: FloatArray, noise: FloatArray) -> FloatArray:
+        """Heat that never was in what is ``left`` (n,) of a temperature, as it is most likely in each recording.
+
+        ``precision`` of the coefficients of :meth:`columns`; ``noise`` (n,): variance of a row, infinite for one that
+        says nothing.
+        """
+        out, stretch = np.zeros(frame.size), len(_recordings(frame))
+        for k, rows in enumerate(_recordings(frame)):
+            z = self.columns(frame.take(rows))
+            own = np.array([k, *range(stretch, stretch + z.shape[1] - 1)])
+            stretch += z.shape[1] - 1
+            weighted = (z / noise[rows, None]).T
+            out[rows] = z @ np.linalg.solve(weighted @ z + np.diag(precision[own]), weighted @ left[rows])
+        return out
+
 
 def _recordings(frame: Frame) -> list[slice]:
     """Rows of each recording."""

@@ -17,7 +17,8 @@ from bench.mismatch.regression.excess import levelled
 from bench.mismatch.regression.folds import carried, density, squares, weights
 from bench.mismatch.regression.heredity import without
 from bench.mismatch.regression.model import Block, ChannelModel, Chosen, explained, fit_blocks, of_start
-from bench.mismatch.regression.problem import NUISANCE
+from bench.mismatch.regression.noise import durations
+from bench.mismatch.regression.problem import NUISANCE, WanderingZero
 from bench.mismatch.regression.refine import strained
 from bench.mismatch.regression.regressors import UNKNOWN
 from bench.simulation.frame import FloatArray, Frame
@@ -228,6 +229,15 @@ def without_a_name(effect: Chosen) -> bool:
 
 
 def _left(model: ChannelModel, chosen: Sequence[Chosen]) -> FloatArray:
-    """What some effects leave of each row (n,)."""
-    predicted = model.predict(model.problem.rows.frame, chosen, model.refitted(chosen))
-    return np.asarray(model.problem.rows.y - of_start(model.problem, predicted))
+    """What some effects leave of each row (n,), without what the motor torque's own zero in each recording adds to the
+    heat: it says nothing of them, and grows far above the noise.
+    """
+    problem, frame = model.problem, model.problem.rows.frame
+    left = problem.rows.y - of_start(problem, model.predict(frame, chosen, model.refitted(chosen)))
+    for block in model.base:
+        if isinstance(block.regressor, WanderingZero):
+            number = np.where(problem.usable, problem.rows.number, 0.0)
+            noise = np.full(frame.size, np.inf)
+            noise[number > 0.0] = model.samples.of_means(number, durations(frame))[number > 0.0]
+            left = left - block.regressor.told(frame, block.precision, left, noise)
+    return np.asarray(left)

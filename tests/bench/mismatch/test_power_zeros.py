@@ -28,6 +28,7 @@ from bench.mismatch.power_zeros import (
 from bench.mismatch.recordings.beginning import START_S
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression import problem as problems
+from bench.mismatch.regression import refuted
 from bench.mismatch.regression.model import Block
 from bench.mismatch.regression.noise import MEMORIES_S, Mixture
 from bench.mismatch.regression.prior import zeros_settled
@@ -268,6 +269,26 @@ def test_zeros_that_no_file_holds_are_doubt_of_a_prediction() -> None:
     square = sum(float(np.mean(part**2)) for part in (warmed, early, late))
     assert of_zeros(model, held.held_out) == pytest.approx(problems.TORQUE_ZERO**2 * square, rel=0.05)
     assert of_zeros(begun(held).model, held.held_out) == 0.0
+
+
+def test_a_recordings_own_zero_speaks_against_no_effect() -> None:
+    """Held out, its heat grows far above the noise, and whatever is added to it makes that larger or smaller."""
+    rows = heated(0.0)
+    own = rows.frame.recording == 3
+    warmed = 0.1 * SPEED * RATIO / CAPACITY * rows.frame.elapsed * own
+    late = 0.03 * np.exp(-rows.frame.elapsed / 20.0) * own
+    plain = problem(replace(rows, y=rows.y + warmed + late))
+    held = replace(plain, folds=np.where(np.arange(RECORDINGS_MADE) == 3, -1, plain.folds))
+    term = BaseTerm(WanderingZero(), zero_precisions(rows.frame, None, capacity=CAPACITY))
+    without, beside = (
+        refuted._left(begun(replace(held, base=base)).model, [])[own] for base in (held.base, (*held.base, term))
+    )
+    assert np.std(without) > 0.8 * np.std(warmed[own])
+    # what is no heat of a zero stays: beside a line it is seen as what bends
+    assert np.std(beside) < 0.2 * np.std(warmed[own])
+    line = np.polynomial.Polynomial.fit(rows.frame.elapsed[own], late[own], 1)
+    bent = late[own] - line(rows.frame.elapsed[own])
+    assert np.corrcoef(beside, bent)[0, 1] > 0.7
 
 
 def test_what_the_torque_transducer_is_not_trusted_with_may_heat() -> None:
