@@ -43,7 +43,7 @@ def test_the_sensor_goes_on_rising_in_the_recording_after_a_warm_up() -> None:
 
 
 def test_behind_a_sheath_the_element_goes_on_rising_later() -> None:
-    """Two lags of tau behind a ramp are late by two tau; what is left after its end falls as (2*tau + t)*exp(-t/tau)."""
+    """Two lags of tau are late by two tau in a ramp; what is left after its end falls as (2*tau + t)*exp(-t/tau)."""
     rows = frame().take(slice(0, 2 * ROWS))
     clock = STEP_S * np.arange(rows.size)
     end = clock[ROWS - 1] + 0.5 * STEP_S
