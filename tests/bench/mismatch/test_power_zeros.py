@@ -286,7 +286,7 @@ def test_a_recordings_own_zero_speaks_against_no_effect() -> None:
     assert np.std(without) > 0.8 * np.std(warmed[own])
     # what is no heat of a zero stays
     assert np.std(beside) == pytest.approx(np.std(swinging[own]), rel=0.1)
-    assert np.corrcoef(beside, swinging[own])[0, 1] > 0.95
+    assert np.corrcoef(beside, swinging[own])[0, 1] > 0.9
 
 
 def test_what_the_torque_transducer_is_not_trusted_with_may_heat() -> None:
