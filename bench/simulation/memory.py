@@ -19,8 +19,8 @@ RATES = (0.2, 0.8, 3.0)
 tenth of the loop's width
 """
 RATES_IN_MOTION = (0.1, 0.5, 2.5)
-"""1/rad at which a loop forgets where its input wavers with the angle: a torque of order 100 by a thousandth to a
-fortieth of the loop's width
+"""1/rad at which a loop forgets where its input wavers with the angle: as much as it turns by over its width, so a
+torque of order 100 with an amplitude of a six-hundredth to a twenty-fifth of the loop's width
 """
 _CODES: dict[Between, int] = {"fresh": 0, "kept": 1, "released": 2}
 
@@ -81,8 +81,8 @@ def _lag(x: FloatArray, dt: FloatArray, starts: np.ndarray, constant: float) -> 
 def relaxing(
     x: FloatArray, frame: Frame, scale: float, between: Between = "fresh", rate: float | FloatArray = 0.0
 ) -> FloatArray:
-    """State z that relaxes to the sign of dx over a distance ``scale`` and is forgotten at a ``rate`` (1/s), one or one
-    a row (n,): dz = (1 − z·sgn dx)·dx/scale − z·rate·dt (Dahl, i = 1).
+    """State z that relaxes to the sign of dx over a distance ``scale`` and is forgotten at a ``rate`` (1/s), a number
+    or one for each row (n,): dz = (1 − z·sgn dx)·dx/scale − z·rate·dt (Dahl, i = 1).
 
     An input that wavers to and fro by less than a row shows makes the state forget: of what it turns through,
     |dx|, z loses z·|dx|/scale.

@@ -118,12 +118,7 @@ def search_between(
     return out
 
 
-def shape_at(whole: Stage, order: float) -> float:
-    """Shape of the noise at an order."""
-    return float(whole.shape[min(round(order), whole.shape.size - 1)])
-
-
-def _plainly(stage: Stage, order: float) -> WeakOrder:
+def plainly(stage: Stage, order: float) -> WeakOrder:
     """The one ``order`` of a stage, with the best of the models and its gain."""
     gain, number = stage.gains(stage.vectors)
     return stage.estimated(order, MODELS[number[0]], stage.vectors[:, 0], float(stage.shape[0]), float(gain[0]))
@@ -233,10 +228,10 @@ class Path:
             order = rounded(float(orders[k]) + more)
             rotated = self.rotated(vectors[:, k], np.array([more]))[:, 0]
             stage = beside(whole, order, fitted, rotated, float(shape[k]))
-        line = _plainly(stage, order)
+        line = plainly(stage, order)
         line = replace(line, gain=line.gain - (self.price if more else 0.0))
         nearest = int(np.argmin(np.abs(orders - order)))
-        plain = _plainly(stages[nearest], float(orders[nearest]))
+        plain = plainly(stages[nearest], float(orders[nearest]))
         if plain.gain >= line.gain:
             line, stage = plain, stages[nearest]
         return line if _explained_share(stage, line) >= HALF else None

@@ -15,12 +15,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.orders.between import is_between, left_of, shape_at
+from bench.mismatch.orders.between import is_between, left_of, plainly
 from bench.mismatch.orders.joint import Evidence
 from bench.mismatch.orders.look import PARTS
 from bench.mismatch.orders.revolutions import HIGHEST_BETWEEN, Complex, Seen
 from bench.mismatch.orders.varying import varying_gain
-from bench.mismatch.orders.weak import MODELS, NEIGHBOUR_REVOLUTIONS, Stage, WeakOrder
+from bench.mismatch.orders.weak import NEIGHBOUR_REVOLUTIONS, Stage, WeakOrder
+
+HIDDEN = 0.4
+"""share of a wave's energy that found whole orders at its sides take at least where they hide it: over one revolution
+each of the two takes 0.405 of a wave half way between them
+"""
 
 
 def unhide(seen: Seen, known: Collection[float], found: dict[float, WeakOrder], by: Evidence) -> bool:
@@ -57,29 +62,34 @@ class _Pairs:
         """The order between ``lower`` and the next whole one that gains most in their place: what it gains more, the
         order, the whole ones; None where none gains enough.
         """
-        sides = tuple(f for f in (lower, lower + 1.0) if f >= 1.0 and f not in self.known)
+        sides = (lower, lower + 1.0)
         lowest = 1.0 / min(t.revolutions for t in self.whole.revolutions)
         near = [f for f in self.seen.orders if is_between(f) and lower - 1.0 < f < lower + 2.0]
-        if not sides or lower + 1.0 > HIGHEST_BETWEEN or near:
+        # of one that the simulation has nobody knows what it would be alone
+        if lower < 1.0 or lower + 1.0 > HIGHEST_BETWEEN or near or any(f in self.known for f in sides):
             return None
         here = [self._side(f) for f in sides]
-        before = sum(_score(one, _energy(one)) for one in here)
+        units = [float(one.shape[0] / here[0].shape[0]) for one in here]
+        before = sum(_score(here[0], _energy(one) / unit**2) for one, unit in zip(here, units, strict=True))
         plain = [self._whole_gain(f, one, False) for f, one in zip(sides, here, strict=True)]
-        best: tuple[float, WeakOrder, Stage] | None = None
+        best: tuple[float, WeakOrder] | None = None
         for part in range(1, PARTS):
             order = lower + part / PARTS
             if order <= lowest:
                 continue
-            one, across = self._together(order, sides, here)
+            together = self._together(order, sides, here)
+            if together is None:
+                continue
+            one, across = together
             most = before - _score(one, 0.0) - across
             least = sum(plain) + self._price
             if most <= max(least, best[0] if best is not None else -np.inf):
                 continue
-            gain, which = one.gains(one.vectors)
-            total = before - _score(one, _energy(one)) + float(gain[0]) - across
+            line = plainly(one, order)
+            gain = max(line.gain, varying_gain(one))
+            total = before - _score(one, _energy(one)) + gain - across
             if total > max(least, best[0] if best is not None else -np.inf):
-                line = one.estimated(order, MODELS[which[0]], one.vectors[:, 0], float(one.shape[0]), float(gain[0]))
-                best = total, line, one
+                best = total, line
         if best is None:
             return None
         more = best[0] - sum(self._whole_gain(f, one, True) for f, one in zip(sides, here, strict=True)) - self._price
@@ -91,34 +101,38 @@ class _Pairs:
         return self.by.price + criteria.RICHER + float(np.log(PARTS))
 
     def _whole_gain(self, order: float, one: Stage, varying: bool) -> float:
-        """What a whole order says of its vectors, less what an order has to gain; nothing of one that was not found."""
+        """What a whole order says of its vectors, less what an order has to gain; nothing of one that was not found, or
+        gains less.
+        """
         if order not in self.found:
             return 0.0
         gain = float(one.gains(one.vectors)[0][0])
-        return (max(gain, varying_gain(one)) if varying else gain) - self.by.price
+        return max((max(gain, varying_gain(one)) if varying else gain) - self.by.price, 0.0)
 
     def _side(self, order: float) -> Stage:
         """The revolutions at one whole order."""
         whole = self.whole
         if order not in self.seen.orders:
             vectors = whole.vectors[:, round(order)][:, None]
-            return whole.rescaled(vectors, whole.scale, np.array([shape_at(whole, order)]))
+            return whole.rescaled(vectors, whole.scale, np.array([whole.shape_at(order)]))
         scale = whole.scale / left_of(whole, order, self.seen.orders)
         vectors = (self.seen.vectors[self.by.train, self.seen.orders.index(order)] / scale)[:, None]
-        return whole.rescaled(vectors, scale, np.array([shape_at(whole, order)]))
+        return whole.rescaled(vectors, scale, np.array([whole.shape_at(order)]))
 
-    def _together(self, order: float, sides: tuple[float, ...], here: list[Stage]) -> tuple[Stage, float]:
+    def _together(self, order: float, sides: tuple[float, ...], here: list[Stage]) -> tuple[Stage, float] | None:
         """The revolutions at an order between, from the vectors that its wave makes of the whole ones at its sides; and
-        the score of what these have that it does not make.
+        the score of what these have that it does not make. None where they take little of it: it is not hidden.
         """
         makes = np.column_stack([self._makes(order, f, sides) for f in sides])
-        makes = makes / np.column_stack([one.scale for one in here])
-        shown = np.column_stack([one.vectors[:, 0] for one in here])
+        if float(np.mean(np.abs(makes) ** 2, axis=0) @ [f in self.found for f in sides]) < HIDDEN:
+            return None
+        # each over its own noise, in units of the first one's shape
+        units = np.column_stack([one.scale * one.shape[0] for one in here]) / here[0].shape[0]
+        makes = makes / units
+        shown = np.column_stack([one.vectors[:, 0] * one.scale for one in here]) / units
         size = np.sqrt(np.sum(np.abs(makes) ** 2, axis=1))
         along = np.sum(np.conj(makes) * shown, axis=1) / size
         one = here[0].rescaled(along[:, None], 1.0 / size, here[0].shape)
-        if len(sides) == 1:
-            return one, 0.0
         across = max(float(np.sum(np.abs(shown) ** 2)) - _energy(one), 0.0)
         return one, _score(one, across)
 

@@ -97,7 +97,7 @@ def moved(seen: Seen, found: Mapping[float, WeakOrder], by: Evidence) -> dict[fl
         to_whole, to_part = round(order) - order, round(order * PARTS) / PARTS - order
         near = abs(to_whole) <= 1.0 / PARTS and round(order) not in seen.orders
         off = abs(to_part) > EXACT and all(abs(order + to_part - f) > EXACT for f in seen.orders)
-        told = path.told(one, more) if near or off or more else gain
+        told = path.told(one, more)
         # where it stands is one of many places too, unless that is a part of an order
         if abs(to_part) > EXACT and not more:
             told -= path.price
@@ -150,5 +150,4 @@ def _alone(whole: Stage, seen: Seen, order: float, by: Evidence) -> Stage:
     answer = by.answer(order)
     scale = whole.scale / left_of(whole, order, seen.orders) / np.abs(answer)
     residual: Complex = seen.vectors[by.train, seen.orders.index(order)] / answer
-    sigma = whole.shape[[min(round(order), whole.shape.size - 1)]]
-    return whole.rescaled((residual / scale)[:, None], scale, sigma)
+    return whole.rescaled((residual / scale)[:, None], scale, np.array([whole.shape_at(order)]))

@@ -14,7 +14,6 @@ from bench.mismatch.orders.between import search_between
 from bench.mismatch.orders.bounds import Bounds
 from bench.mismatch.orders.hidden import unhide
 from bench.mismatch.orders.joint import SETTLINGS, Evidence, settled
-from bench.mismatch.orders.look import HIGHEST_ORDER
 from bench.mismatch.orders.misread import TorqueCheck
 from bench.mismatch.orders.partial import refined
 from bench.mismatch.orders.periodic import Periodic
@@ -297,7 +296,7 @@ def calibrate_all(model: TransmissionModel, now: Seen, known: Sequence[float], f
         if stage is None:
             continue
         vectors = now.vectors[model.train, k] / stage.scale
-        sigma = float(stage.shape[min(round(f), HIGHEST_ORDER)])
+        sigma = stage.shape_at(f)
         estimate = stage.estimated(f, order.model, vectors, sigma, order.gain)
         if model.laws or stage.misfit(estimate, vectors, sigma) > FOLLOWED:
             polynomial.append(f)

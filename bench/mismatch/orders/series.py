@@ -214,7 +214,10 @@ def calibrate(
 
 
 def first_prior() -> FloatArray:
-    """Spread of the coefficients (18,) before an order says anything: of the amplitude's, relative, and the phase's."""
+    """Spread of the coefficients (18,) before an order says anything: of the amplitude's, relative, and the phase's.
+
+    :func:`calibrate` begins with wider ones of products, which its rounds narrow.
+    """
     first = np.concatenate([FIRST_PRIOR, 1.5 * FIRST_PRIOR])
     first[[6, 7, 8, 15, 16, 17]] *= INTERPLAY
     return first

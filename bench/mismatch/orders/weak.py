@@ -158,6 +158,10 @@ class Stage:
         scale = np.median(sigma / shape, axis=1)
         return cls(trained, seen.left[train] / scale[:, None], scale, shape)
 
+    def shape_at(self, order: float) -> float:
+        """Shape of the noise at an order."""
+        return float(self.shape[min(round(order), self.shape.size - 1)])
+
     def gains_of(self, vectors: Complex, shape: FloatArray) -> FloatArray:
         """Gain (orders,) of orders that are not the stage's own, whose noise has the ``shape`` (orders,)."""
         return replace(self, vectors=vectors, shape=shape).gains(vectors)[0]

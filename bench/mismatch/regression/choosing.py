@@ -37,7 +37,9 @@ MOST_ALIKE = 4
 MOST_FORMS = 3
 """forms of one effect that are compared in a step"""
 MOST_REFINED = 9
-"""forms of one effect that are refined in a step: of some, such as stacks of loops, all sizes have to have one sign"""
+"""forms of one effect that are tried in a step until MOST_FORMS are possible: the sizes of several loops must have one
+sign, and often those that gain most do not
+"""
 SHORT_LIST = 3
 """effects, and free functions, that are refined and compared on points left out in a step"""
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.mismatch.recordings.beginning import at_start
 from bench.mismatch.recordings.comparable import INPUTS
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.excess import levelled
@@ -203,14 +204,16 @@ class WanderingZero(Untold):
         return out
 
     def told(self, frame: Frame, precision: FloatArray, left: FloatArray, noise: FloatArray) -> FloatArray:
-        """Heat that never was in what is ``left`` (n,) of a temperature, as it is most likely in each recording.
+        """Heat that never was in what is ``left`` (n,) of a temperature beside the level of each recording's first
+        readings, as it is most likely in each recording.
 
         ``precision`` of the coefficients of :meth:`columns`; ``noise`` (n,): variance of a row, infinite for one that
         says nothing.
         """
         out, stretch = np.zeros(frame.size), len(_recordings(frame))
         for k, rows in enumerate(_recordings(frame)):
-            z = self.columns(frame.take(rows))
+            part = frame.take(rows)
+            z = np.column_stack([c - at_start(part, c) for c in self.columns(part).T])
             own = np.array([k, *range(stretch, stretch + z.shape[1] - 1)])
             stretch += z.shape[1] - 1
             weighted = (z / noise[rows, None]).T

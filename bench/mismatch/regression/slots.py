@@ -9,12 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.regression.beside import free_function, handicap_of, idle, in_its_form, shaped, sound_beside
-from bench.mismatch.regression.choosing import MOST_FORMS, price_of_course
+from bench.mismatch.regression.choosing import MOST_FORMS, MOST_REFINED, price_of_course
 from bench.mismatch.regression.description import description, prior_of
 from bench.mismatch.regression.equivalent import heirs_of, holds, numbers_of, predict_alike
 from bench.mismatch.regression.folds import apart, weights
@@ -171,14 +172,14 @@ def _alternatives(search: Search, tested: Chosen, others: Sequence[Chosen], seen
             if regressor.effect not in taken and regressor.effect != tested.effect and room:
                 forms = named.setdefault(regressor.effect, {})
                 # which form is best is known when each has its own parameters: one may end up at the end of its range
-                if len(forms) < MOST_FORMS:
+                if len(forms) < MOST_REFINED:
                     forms.setdefault(regressor.form.name, int(k))
         elif len(free) < 2 and (tested.main.regressor.variables != regressor.variables or tested.effect != UNKNOWN):
             free.setdefault(regressor.variables, int(k))
     out = []
     for forms in named.values():
-        shapes = [shaped(search, others, search.blocks[k].regressor) for k in forms.values()]
-        candidates = [c for c in shapes if c is not None]
+        shapes = (shaped(search, others, search.blocks[k].regressor) for k in forms.values())
+        candidates = list(islice((c for c in shapes if c is not None), MOST_FORMS))
         if len(candidates) > 1:
             worth = np.array([float(search.density([*others, c]).sum()) - handicap_of(search, c) for c in candidates])
             candidates = [candidates[_meeting(search, tested, candidates, worth)]]

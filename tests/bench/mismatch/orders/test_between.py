@@ -30,8 +30,9 @@ def shown(
     for order, amplitude, phase in waves:
         y += amplitude * np.cos(order * theta + phase)
     places = [slice(k * ROWS, (k + 1) * ROWS) for k in range(number)]
-    revolutions = [Revolution(k, rows, 0.0, 0.1, 25.0, 60.0 * k, 1.0, travelled, 60.0) for k, rows in enumerate(places)]
-    looks = [Look(theta[rows], np.ones(ROWS), rows, 2.0 * np.pi * travelled) for rows in places]
+    turned = abs(travelled)
+    revolutions = [Revolution(k, rows, 0.0, 0.1, 25.0, 60.0 * k, 1.0, turned, 60.0) for k, rows in enumerate(places)]
+    looks = [Look(theta[rows], np.ones(ROWS), rows, 2.0 * np.pi * turned) for rows in places]
     return seen(looks, revolutions, y, fitted), revolutions
 
 

@@ -29,7 +29,8 @@ def unhidden(waves: FloatArray, travelled: float) -> tuple[set[float], dict[floa
     found = found_whole(waves, travelled)
     before = set(found)
     now, revolutions = shown(16, travelled, waves, tuple(sorted(found)))
-    unhide(now, (), found, Evidence(revolutions, EVERY_OTHER, PRICE))
+    put = unhide(now, (), found, Evidence(revolutions, EVERY_OTHER, PRICE))
+    assert put == (set(found) != before)
     return before, found
 
 
@@ -49,3 +50,30 @@ def test_an_order_that_leaks_into_two_whole_ones_takes_their_place(travelled: fl
 def test_whole_orders_stay_where_they_are(waves: list[tuple[float, float, float]], travelled: float) -> None:
     before, found = unhidden(np.array(waves), travelled)
     assert set(found) == before == {f for f, _, _ in waves}
+
+
+@pytest.mark.parametrize(("travelled", "known"), [(1.0, (87.0, 89.0)), (2.0, (87.0,)), (2.0, (87.0, 89.0))])
+def test_beside_an_order_of_the_simulation_none_is_put(travelled: float, known: tuple[float, ...]) -> None:
+    """Nobody knows what the simulation's own order is alone: what is left tells the phase, which many places have."""
+    waves = np.array([(88.0 - 1.0 / 12.0, 20.0 * NOISE, 0.4), *((f, 10.0 * NOISE, 1.0) for f in known)])
+    now, revolutions = shown(16, travelled, waves, (88.0, *known))
+    found = {88.0: WeakOrder(88.0, ("1",), np.zeros(1, dtype=np.complex128), np.zeros(1), 0.0)}
+    assert not unhide(now, known, found, Evidence(revolutions, np.ones(16, dtype=bool), PRICE))
+    assert set(found) == {88.0}
+
+
+def test_an_order_that_whole_ones_do_not_take_is_not_hidden_by_them() -> None:
+    """Over two whole revolutions 88.5 leaves nothing in 88 or 89, and stands in the residual for all to see."""
+    now, revolutions = shown(16, 2.0, np.array([(88.5, 4.0 * NOISE, 0.4)]), (88.0, 89.0))
+    none = np.zeros(1, dtype=np.complex128)
+    taken = {f: WeakOrder(f, ("1",), none, np.zeros(1), 0.0) for f in (88.0, 89.0)}
+    assert not unhide(now, (), taken, Evidence(revolutions, EVERY_OTHER, PRICE))
+
+
+def test_it_is_the_same_when_the_shaft_turns_back() -> None:
+    waves = np.array([(88.5, 4.0 * NOISE, 0.4)])
+    now, revolutions = shown(16, -1.0, waves, (88.0, 89.0))
+    none = np.zeros(1, dtype=np.complex128)
+    found = {f: WeakOrder(f, ("1",), none, np.zeros(1), 0.0) for f in (88.0, 89.0)}
+    assert unhide(now, (), found, Evidence(revolutions, EVERY_OTHER, PRICE))
+    assert set(found) == {88.5}

@@ -11,7 +11,7 @@ from bench.mismatch.orders.between import FARTHEST, NEXT, Path
 from bench.mismatch.orders.joint import Evidence, moved, needless
 from bench.mismatch.orders.look import PARTS, Look
 from bench.mismatch.orders.revolutions import Revolution, Seen, seen
-from bench.mismatch.orders.weak import WeakOrder
+from bench.mismatch.orders.weak import Stage, WeakOrder
 from bench.simulation.frame import FloatArray
 from tests.bench.mismatch.orders.test_between import NOISE, PRICE, ROWS, shown
 
@@ -158,8 +158,18 @@ def turning(order: float, turn: float, number: int = 30) -> tuple[Seen, list[Rev
 def test_an_order_whose_phase_turns_far_with_the_load_stays(turn: float) -> None:
     """No vectors in proportion to the load say it, and beside it the angle makes the phase run as the load does."""
     now, revolutions = turning(20.0, turn)
-    by = Evidence(revolutions, np.ones(30, dtype=bool), PRICE)
-    assert moved(now, of(20.0), by) == {}
+    assert moved(now, of(20.0), Evidence(revolutions, np.ones(30, dtype=bool), PRICE)) == {}
+
+
+def test_an_order_whose_phase_turns_too_far_for_a_few_vectors_is_not_needless() -> None:
+    now, revolutions = turning(20.0, 2.5)
+    # what a few vectors in proportion to the load gain of it is less than this
+    price = 60.0
+    by = Evidence(revolutions, np.ones(30, dtype=bool), price)
+    whole = Stage.of(now, revolutions, by.train)
+    assert whole is not None
+    one = whole.rescaled(now.vectors / whole.scale[:, None], whole.scale, whole.shape[[20]])
+    assert float(one.gains(one.vectors)[0][0]) < price
     assert needless(now, of(20.0), by) == []
 
 
