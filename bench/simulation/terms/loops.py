@@ -23,7 +23,7 @@ NARROWEST_PAIR = 0.02
 """of the largest torque, the narrower of two plays"""
 STACK = (0.4, 1.0, 2.2)
 """widths of a stack of plays, in units of its parameter"""
-RATIOS = (2.5, 6.0)
+RATIOS = (2.5, 8.0)
 """of the widths of two plays that are tried"""
 
 
