@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from bench.mismatch.orders.between import EXACT, FARTHEST, NEXT, SIDE_LINES, Path, is_between, left_of, rounded
 from bench.mismatch.orders.look import PARTS
 from bench.mismatch.orders.revolutions import Complex, Revolution, Seen
-from bench.mismatch.orders.varying import varying_gain
 from bench.mismatch.orders.weak import Stage, WeakOrder
 
 SETTLINGS = 3
@@ -134,8 +133,6 @@ def needless(seen: Seen, found: Mapping[float, WeakOrder], by: Evidence) -> list
         one = _alone(whole, seen, order, by)
         gains[order] = float(one.gains(one.vectors)[0][0])
         least[order] = by.price + (float(np.log(PARTS)) if is_between(order) else 0.0)
-        if gains[order] < least[order]:
-            gains[order] = max(gains[order], varying_gain(one))
     out: list[float] = []
     for order in sorted(gains, key=lambda f: gains[f]):
         if gains[order] < least[order] and all(abs(order - gone) > APART for gone in out):

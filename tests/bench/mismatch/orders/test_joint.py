@@ -11,7 +11,7 @@ from bench.mismatch.orders.between import FARTHEST, NEXT, Path
 from bench.mismatch.orders.joint import Evidence, moved, needless
 from bench.mismatch.orders.look import PARTS, Look
 from bench.mismatch.orders.revolutions import Revolution, Seen, seen
-from bench.mismatch.orders.weak import Stage, WeakOrder
+from bench.mismatch.orders.weak import WeakOrder
 from bench.simulation.frame import FloatArray
 from tests.bench.mismatch.orders.test_between import NOISE, PRICE, ROWS, shown
 
@@ -161,16 +161,13 @@ def test_an_order_whose_phase_turns_far_with_the_load_stays(turn: float) -> None
     assert moved(now, of(20.0), Evidence(revolutions, np.ones(30, dtype=bool), PRICE)) == {}
 
 
-def test_an_order_whose_phase_turns_too_far_for_a_few_vectors_is_not_needless() -> None:
-    now, revolutions = turning(20.0, 2.5)
-    # what a few vectors in proportion to the load gain of it is less than this
-    price = 60.0
-    by = Evidence(revolutions, np.ones(30, dtype=bool), price)
-    whole = Stage.of(now, revolutions, by.train)
-    assert whole is not None
-    one = whole.rescaled(now.vectors / whole.scale[:, None], whole.scale, whole.shape[[20]])
-    assert float(one.gains(one.vectors)[0][0]) < price
-    assert needless(now, of(20.0), by) == []
+def test_what_stands_in_some_segments_alone_is_needless() -> None:
+    """A tone is an order at one speed, with another phase in each segment: polynomials of the state follow a few."""
+    now, revolutions = turning(20.0, 0.0)
+    rng = np.random.default_rng(8)
+    few = np.where(np.arange(30) < 4, np.exp(2j * np.pi * rng.random(30)), 0.0)
+    tone = replace(now, vectors=20.0 * NOISE * few[:, None] + 0.05 * NOISE * rng.normal(size=(30, 1)))
+    assert needless(tone, of(20.0), Evidence(revolutions, np.ones(30, dtype=bool), PRICE)) == [20.0]
 
 
 def test_an_order_found_beside_one_that_turns_with_the_load_goes_there() -> None:
