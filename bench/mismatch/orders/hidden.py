@@ -22,9 +22,9 @@ from bench.mismatch.orders.revolutions import HIGHEST_BETWEEN, Complex, Seen
 from bench.mismatch.orders.varying import varying_gain
 from bench.mismatch.orders.weak import NEIGHBOUR_REVOLUTIONS, Stage, WeakOrder
 
-HIDDEN = 0.4
+HIDDEN = 0.3
 """share of a wave's energy that found whole orders at its sides take at least where they hide it: over one revolution
-each of the two takes 0.405 of a wave half way between them
+each of the two takes 0.405 of a wave half way between them, over one and a tenth 0.34
 """
 
 
@@ -63,7 +63,6 @@ class _Pairs:
         order, the whole ones; None where none gains enough.
         """
         sides = (lower, lower + 1.0)
-        lowest = 1.0 / min(t.revolutions for t in self.whole.revolutions)
         near = [f for f in self.seen.orders if is_between(f) and lower - 1.0 < f < lower + 2.0]
         # of one that the simulation has nobody knows what it would be alone
         if lower < 1.0 or lower + 1.0 > HIGHEST_BETWEEN or near or any(f in self.known for f in sides):
@@ -75,8 +74,6 @@ class _Pairs:
         best: tuple[float, WeakOrder] | None = None
         for part in range(1, PARTS):
             order = lower + part / PARTS
-            if order <= lowest:
-                continue
             together = self._together(order, sides, here)
             if together is None:
                 continue
@@ -86,6 +83,8 @@ class _Pairs:
             if most <= max(least, best[0] if best is not None else -np.inf):
                 continue
             line = plainly(one, order)
+            if line.gain <= self.by.price + float(np.log(PARTS)):
+                continue  # it would go again as needless (joint.py)
             gain = max(line.gain, varying_gain(one))
             total = before - _score(one, _energy(one)) + gain - across
             if total > max(least, best[0] if best is not None else -np.inf):

@@ -37,6 +37,8 @@ def varying_gain(one: Stage) -> float:
         # by the noise alone: what the fit allows beyond it (RELATIVE_NOISE) is no gain of the polynomials
         coefficients = np.concatenate([fit.amplitude, fit.phase])[held]
         squares += float(np.sum(np.abs(left / sigma[rows]) ** 2) + np.sum((coefficients / spread) ** 2))
+    # a vector for each direction, as any model of two directions has
+    freedom += float(np.log(len(one.revolutions))) * (np.unique(side > 0).size - 1)
     before = np.array([float(np.sum(np.abs(one.vectors) ** 2))])
     after = squares * one.shape[:1] ** 2
     return float(gain_of(before, after, len(one.revolutions), one.shape[:1])[0]) - freedom

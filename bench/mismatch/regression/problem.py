@@ -204,8 +204,8 @@ class WanderingZero(Untold):
         return out
 
     def told(self, frame: Frame, precision: FloatArray, left: FloatArray, noise: FloatArray) -> FloatArray:
-        """Heat that never was in what is ``left`` (n,) of a temperature beside the level of each recording's first
-        readings, as it is most likely in each recording.
+        """Most likely heat of the zeros (n,) within the residual ``left`` (n,) of a temperature, counted from the level
+        of each recording's first readings.
 
         ``precision`` of the coefficients of :meth:`columns`; ``noise`` (n,): variance of a row, infinite for one that
         says nothing.

@@ -19,8 +19,8 @@ WIDEST = 0.4
 """of the largest torque: a loop that is wider is hardly turned, and looks like a gain or a compliance"""
 NARROWEST_STACK = 0.08
 """of the largest torque, the middle of a stack's plays"""
-NARROWEST_PAIR = 0.02
-"""of the largest torque, the narrower of two plays"""
+NARROWEST_PAIR = 0.12
+"""of the largest torque, the wider of two plays"""
 STACK = (0.4, 1.0, 2.2)
 """widths of a stack of plays, in units of its parameter"""
 RATIOS = (2.5, 8.0)
@@ -72,15 +72,15 @@ class Loops:
             ),
         )
         two = (
-            Symbol(f"{h}_1", self.size.unit, "half width of the narrower loop"),
-            Symbol(f"{h}_2", self.size.unit, "half width of the wider loop"),
+            Symbol(f"{h}_a", self.size.unit, "half width of the narrower loop"),
+            Symbol(f"{h}_b", self.size.unit, "half width of the wider loop"),
         )
         two_widths = (
-            Symbol(w, self.width.unit, "torque over which the narrower loop turns", 0.0),
-            Symbol("q", "1", "width of the wider loop over that of the narrower", 1.0),
+            Symbol(f"{w}_b", self.width.unit, "torque over which the wider loop turns", 0.0),
+            Symbol("rho", "1", "width of the wider loop over that of the narrower", 1.0),
         )
-        pair_text = "{} += {}, y_k = max({} - w_k, min({} + w_k, y_k)), w_1 = {}, w_2 = q*{}".format(
-            out, " + ".join(f"{h}_{k}*({torque} - y_{k})/w_{k}" for k in (1, 2)), torque, torque, w, w
+        pair_text = "{} += {}, y_k = max({} - {}_k, min({} + {}_k, y_k)), {}_a = {}_b/rho".format(
+            out, " + ".join(f"{h}_{k}*({torque} - y_{k})/{w}_{k}" for k in "ab"), torque, w, torque, w, w, w
         )
         one, width, width_and_rate = (self.size,), (self.width,), (self.width, self.in_motion)
         noise = NOISE_SHARE
@@ -146,14 +146,14 @@ class Loops:
     def _pair(self, between: Between) -> Columns:
         def regressors(frame: Frame, point: Point) -> FloatArray:
             x = self.level(frame)
-            return columns(*((x - play(x, frame, w, between)) / w for w in (point[0], point[1] * point[0])))
+            return columns(*((x - play(x, frame, w, between)) / w for w in (point[0] / point[1], point[0])))
 
         return regressors
 
     def _pair_points(self, frame: Frame) -> tuple[Point, ...]:
         largest = top(self.level(frame))
-        narrow = logarithmic(NARROWEST_PAIR * largest, WIDEST / max(RATIOS) * largest, 3)
-        return tuple((w, ratio) for (w,) in narrow for ratio in RATIOS)
+        wider = logarithmic(NARROWEST_PAIR * largest, WIDEST * largest, 3)
+        return tuple((w, ratio) for (w,) in wider for ratio in RATIOS)
 
     def _relaxing(self, between: Between) -> Columns:
         def regressors(frame: Frame, point: Point) -> FloatArray:
