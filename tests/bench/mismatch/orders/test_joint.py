@@ -162,7 +162,7 @@ def test_an_order_whose_phase_turns_far_with_the_load_stays(turn: float) -> None
 
 
 def test_what_stands_in_some_segments_alone_is_needless() -> None:
-    """A tone is an order at one speed, with another phase in each segment: polynomials of the state follow a few."""
+    """A tone is an order at one speed, with another phase in each segment."""
     now, revolutions = turning(20.0, 0.0)
     rng = np.random.default_rng(8)
     few = np.where(np.arange(30) < 4, np.exp(2j * np.pi * rng.random(30)), 0.0)
