@@ -44,8 +44,8 @@ from bench.mismatch.unnamed.structure import examine, look_for_tone
 from bench.mismatch.who_reads_wrong import as_reported, mark, of_load_motor
 from bench.simulation import waves
 from bench.simulation.frame import FloatArray
+from bench.simulation.memory import campaign_lag, lag
 from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
-from bench.simulation.terms.thermal import sensor_lag
 
 Progress = Callable[[str, float], None]
 
@@ -273,17 +273,16 @@ def _holds_with(
 
 def behind_of(model: ChannelModel) -> FloatArray | None:
     """By how much the gearbox is warmer than its sensor reads (n,), K, at the rows of a model of the temperature; None
-    where it has no lag. The reading rises by P_s/C, the gearbox by P/C (P_s: the loss that the sensor has followed)
-    (:func:`bench.simulation.terms.thermal.sensor_lag.behind`).
+    where it has no lag. The reading rises by P_s/C, the gearbox by P/C (P_s: the loss that the sensor has followed).
     """
     frame = model.problem.rows.frame
     out: FloatArray | None = None
     for chosen in model.chosen:
         regressor = chosen.main.regressor
         if chosen.effect == LAG and isinstance(regressor, Named):
-            per_capacity = float(model.fit.of(chosen.main.indices)[0][0])
-            ahead = per_capacity * sensor_lag.behind(regressor.form, frame, regressor.point[0])
-            out = ahead + (0.0 if out is None else out)
+            follow = campaign_lag if regressor.form.remembers else lag
+            rate = float(model.fit.of(chosen.main.indices)[0][0]) * follow(frame.power, frame, regressor.point[0])
+            out = regressor.point[0] * rate + (0.0 if out is None else out)
     return out
 
 

@@ -30,10 +30,10 @@ def frame() -> Frame:
     return Frame(ratio=185.0, **values | {"recording": np.zeros(n, dtype=np.int64)})  # type: ignore[arg-type]
 
 
-def heat(effect: str = LAG, name: str = "first_order") -> Any:
+def heat(effect: str = LAG) -> Any:
     """A model of the temperature that has an effect."""
     term = LIBRARY[effect]
-    form = next(f for f in term.forms[TEMPERATURE] if f.name in (name, "two_node"))
+    form = next(f for f in term.forms[TEMPERATURE] if f.name in ("first_order", "two_node"))
     block = Block(Named(term, TEMPERATURE, form, (CONSTANT,)), (0,), np.zeros(1))
     fit = SimpleNamespace(of=lambda _place: (np.array([PER_CAPACITY]), np.zeros((1, 1))))
     problem = SimpleNamespace(rows=SimpleNamespace(frame=frame()))
@@ -47,15 +47,6 @@ def test_the_sensor_stays_behind_by_its_constant_times_the_rise() -> None:
     assert behind[0] == 0.0
     assert behind[-1] == pytest.approx(CONSTANT * PER_CAPACITY * LOSS, rel=1e-3)
     assert behind[40] == pytest.approx((1.0 - np.exp(-1.0)) * behind[-1], rel=0.03)
-
-
-def test_behind_a_sheath_the_sensor_stays_behind_by_both_constants() -> None:
-    """Of two equal lags in a steady warm-up each holds back its constant times the rise: (2*tau)*P/C together."""
-    behind = behind_of(heat(name="second_order"))
-    assert behind is not None
-    assert behind[-1] == pytest.approx(2.0 * CONSTANT * PER_CAPACITY * LOSS, rel=1e-3)
-    # what has come through both after tau: 1 - 2/e; through the first alone: 1 - 1/e
-    assert behind[40] == pytest.approx(0.5 * (2.0 - 3.0 * np.exp(-1.0)) * behind[-1], rel=0.03)
 
 
 def test_a_sensor_without_a_lag_is_not_behind() -> None:

@@ -40,21 +40,3 @@ def test_the_sensor_goes_on_rising_in_the_recording_after_a_warm_up() -> None:
 
     assert told(kept) == pytest.approx(risen, abs=0.01 * risen[-1])
     assert np.abs(told(fresh)).max() < 1e-12
-
-
-def test_behind_a_sheath_the_element_goes_on_rising_later() -> None:
-    """Two lags of tau are late by two tau in a ramp; what is left after its end falls as (2*tau + t)*exp(-t/tau)."""
-    rows = frame().take(slice(0, 2 * ROWS))
-    clock = STEP_S * np.arange(rows.size)
-    end = clock[ROWS - 1] + 0.5 * STEP_S
-    heated = replace(rows, time=np.asarray(clock, dtype=np.float64), power=np.where(clock < end, LOSS_W, 0.0))
-    own = slice(ROWS, None)
-    since = clock[own] - end
-    risen = LOSS_W / CAPACITY * (2.0 * TAU_S - (2.0 * TAU_S + since) * np.exp(-since / TAU_S))
-    kept = LIBRARY["thermal.sensor_lag"].form(TEMPERATURE, "second_order_kept")
-    fresh = LIBRARY["thermal.sensor_lag"].form(TEMPERATURE, "second_order")
-    assert kept is not None
-    assert fresh is not None
-    told, none = ((integral(heated.power, heated) + f.columns(heated, (TAU_S,))[:, 0])[own] for f in (kept, fresh))
-    assert (told - told[0]) / CAPACITY == pytest.approx(risen - risen[0], abs=0.01 * risen[-1])
-    assert np.abs(none).max() < 1e-9
