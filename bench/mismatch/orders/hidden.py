@@ -21,10 +21,11 @@ from bench.mismatch.orders.look import PARTS
 from bench.mismatch.orders.revolutions import HIGHEST_BETWEEN, Complex, Seen
 from bench.mismatch.orders.varying import varying_gain
 from bench.mismatch.orders.weak import NEIGHBOUR_REVOLUTIONS, Stage, WeakOrder
+from bench.simulation.frame import FloatArray
 
 HIDDEN = 0.3
 """share of a wave's energy that found whole orders at its sides take at least where they hide it: over one revolution
-each of the two takes 0.405 of a wave half way between them, over one and a tenth 0.34
+each of the two takes 0.405 of a wave half way between them, over one and a tenth 0.33
 """
 
 
@@ -35,7 +36,7 @@ def unhide(seen: Seen, known: Collection[float], found: dict[float, WeakOrder], 
     whole = Stage.of(seen, by.revolutions, by.train)
     if whole is None:
         return False
-    pairs = _Pairs(whole, seen, by, known, found)
+    pairs = _Pairs.of(whole, seen, by, known, found)
     lower = sorted({k for f in found if not is_between(f) for k in (f - 1.0, f)})
     best = [line for line in (pairs.best(k) for k in lower) if line is not None]
     gone: set[float] = set()
@@ -50,13 +51,30 @@ def unhide(seen: Seen, known: Collection[float], found: dict[float, WeakOrder], 
 
 @dataclass(frozen=True, slots=True)
 class _Pairs:
-    """Found whole orders and their neighbours in the training revolutions."""
+    """Found whole orders and their neighbours in the training revolutions.
+
+    These ``begin`` (revolutions,) at an angle, ``span`` (revolutions,) others, of which ``turned`` (revolutions,) are
+    whole revolutions, rad.
+    """
 
     whole: Stage
     seen: Seen
     by: Evidence
     known: Collection[float]
     found: Mapping[float, WeakOrder]
+    begin: FloatArray
+    span: FloatArray
+    turned: FloatArray
+
+    @classmethod
+    def of(
+        cls, whole: Stage, seen: Seen, by: Evidence, known: Collection[float], found: Mapping[float, WeakOrder]
+    ) -> _Pairs:
+        """The pairs, and how far the training revolutions turned."""
+        theta = [rest.theta for rest, trained in zip(seen.rest, by.train, strict=True) if trained]
+        begin, span = np.array([t[0] for t in theta]), np.array([t[-1] - t[0] for t in theta])
+        revolutions = np.array([t.revolutions for t in whole.revolutions])
+        return cls(whole, seen, by, known, found, begin, span, np.sign(span) * 2.0 * np.pi * revolutions)
 
     def best(self, lower: float) -> tuple[float, WeakOrder, tuple[float, ...]] | None:
         """The order between ``lower`` and the next whole one that gains most in their place: what it gains more, the
@@ -70,7 +88,7 @@ class _Pairs:
         here = [self._side(f) for f in sides]
         units = [float(one.shape[0] / here[0].shape[0]) for one in here]
         before = sum(_score(here[0], _energy(one) / unit**2) for one, unit in zip(here, units, strict=True))
-        plain = [self._whole_gain(f, one, False) for f, one in zip(sides, here, strict=True)]
+        least = sum(self._whole_gain(f, one, False) for f, one in zip(sides, here, strict=True)) + self._price
         best: tuple[float, WeakOrder] | None = None
         for part in range(1, PARTS):
             order = lower + part / PARTS
@@ -79,7 +97,6 @@ class _Pairs:
                 continue
             one, across = together
             most = before - _score(one, 0.0) - across
-            least = sum(plain) + self._price
             if most <= max(least, best[0] if best is not None else -np.inf):
                 continue
             line = plainly(one, order)
@@ -148,14 +165,8 @@ class _Pairs:
 
     def _mean(self, off: float, whole_revolutions: bool = False) -> Complex:
         """Mean (revolutions,) of exp(j*off*theta) over the revolutions' rows, or those of whole revolutions."""
-        out = np.empty(len(self.whole.revolutions), dtype=np.complex128)
-        rests = (rest for rest, trained in zip(self.seen.rest, self.by.train, strict=True) if trained)
-        for k, (turned, rest) in enumerate(zip(self.whole.revolutions, rests, strict=True)):
-            span = rest.theta[-1] - rest.theta[0]
-            if whole_revolutions:
-                span = np.sign(span) * 2.0 * np.pi * turned.revolutions
-            out[k] = np.sinc(off * span / (2.0 * np.pi)) * np.exp(1j * off * (rest.theta[0] + 0.5 * span))
-        return out
+        span = self.turned if whole_revolutions else self.span
+        return np.asarray(np.sinc(off * span / (2.0 * np.pi)) * np.exp(1j * off * (self.begin + 0.5 * span)))
 
 
 def _score(one: Stage, energy: float) -> float:

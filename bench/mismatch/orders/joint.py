@@ -96,6 +96,8 @@ def moved(seen: Seen, found: Mapping[float, WeakOrder], by: Evidence) -> dict[fl
         to_whole, to_part = round(order) - order, round(order * PARTS) / PARTS - order
         near = abs(to_whole) <= 1.0 / PARTS and round(order) not in seen.orders
         off = abs(to_part) > EXACT and all(abs(order + to_part - f) > EXACT for f in seen.orders)
+        if not (near or off or more):
+            continue
         told = path.told(one, more)
         # where it stands is one of many places too, unless that is a part of an order
         if abs(to_part) > EXACT and not more:
@@ -128,11 +130,11 @@ def needless(seen: Seen, found: Mapping[float, WeakOrder], by: Evidence) -> list
     whole = Stage.of(seen, by.revolutions, by.train)
     if whole is None:
         return []
-    gains, least = {}, {}
+    gains = {}
     for order in found:
         one = _alone(whole, seen, order, by)
         gains[order] = float(one.gains(one.vectors)[0][0])
-        least[order] = by.price + (float(np.log(PARTS)) if is_between(order) else 0.0)
+    least = {f: by.price + (np.log(PARTS) if is_between(f) else 0.0) for f in gains}
     out: list[float] = []
     for order in sorted(gains, key=lambda f: gains[f]):
         if gains[order] < least[order] and all(abs(order - gone) > APART for gone in out):

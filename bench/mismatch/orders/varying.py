@@ -34,8 +34,8 @@ def varying_gain(one: Stage) -> float:
         inner = fit.covariance[np.ix_(held, held)] / np.outer(spread, spread)
         freedom -= 0.5 * float(np.linalg.slogdet(inner)[1])
         left = vectors[rows] - (basis @ fit.amplitude) * phasors(basis @ fit.phase)
-        # by the noise alone: what the fit allows beyond it (RELATIVE_NOISE) is no gain of the polynomials
         coefficients = np.concatenate([fit.amplitude, fit.phase])[held]
+        # by the noise alone: what the fit allows beyond it (RELATIVE_NOISE) is no gain of the polynomials
         squares += float(np.sum(np.abs(left / sigma[rows]) ** 2) + np.sum((coefficients / spread) ** 2))
     # a vector for each direction, as any model of two directions has
     freedom += float(np.log(len(one.revolutions))) * (np.unique(side > 0).size - 1)

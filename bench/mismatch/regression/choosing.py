@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from itertools import chain, islice
 
 import numpy as np
 
@@ -103,13 +103,7 @@ def best_candidate(
     best: tuple[float, Chosen] | None = None
     nominal = any(LIBRARY[effect].nominal for effect in named)
     start = float(search.to_be_beaten(model.chosen).sum())
-    compared: Counter[str] = Counter()
-    for k in eligible:
-        effect = search.blocks[k].regressor.effect
-        candidate = shaped(search, model.chosen, search.blocks[k].regressor) if compared[effect] < MOST_FORMS else None
-        if candidate is None or not strength(search.model, candidate).enough:
-            continue
-        compared[effect] += 1
+    for candidate in chain.from_iterable(_possible_forms(search, forms.values()) for forms in named.values()):
         total = float(search.density([*model.chosen, candidate]).sum()) - handicap_of(search, candidate)
         total -= description(model, candidate)
         if not candidate.nominal:
@@ -156,6 +150,13 @@ def best_candidate(
             # a name and something that depends on another quantity say what one function without a name says
             return first[1]
     return None if best is None else best[1]
+
+
+def _possible_forms(search: Search, blocks: Iterable[int]) -> Iterator[Chosen]:
+    """Forms of one effect with their own parameters, the first that are possible and strong enough."""
+    model = search.model
+    shapes = (shaped(search, model.chosen, search.blocks[k].regressor) for k in blocks)
+    return islice((c for c in shapes if c is not None and strength(model, c).enough), MOST_FORMS)
 
 
 def price_of_course(model: ChannelModel, regressor: Regressor) -> float:

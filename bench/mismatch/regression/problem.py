@@ -210,8 +210,9 @@ class WanderingZero(Untold):
         ``precision`` of the coefficients of :meth:`columns`; ``noise`` (n,): variance of a row, infinite for one that
         says nothing.
         """
-        out, stretch = np.zeros(frame.size), len(_recordings(frame))
-        for k, rows in enumerate(_recordings(frame)):
+        recordings = _recordings(frame)
+        out, stretch = np.zeros(frame.size), len(recordings)
+        for k, rows in enumerate(recordings):
             part = frame.take(rows)
             z = np.column_stack([c - at_start(part, c) for c in self.columns(part).T])
             own = np.array([k, *range(stretch, stretch + z.shape[1] - 1)])

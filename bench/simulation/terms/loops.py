@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,9 +31,9 @@ RATIOS = (2.5, 8.0)
 class Loops:
     """What loops are over: ``level(frame)`` the torque without slow noise (n,), called ``torque`` in equations.
 
-    What they add to (``output``); the ``size`` of a loop, its ``width``, and the ``rate`` at which it forgets, in time
-    or ``in_motion``;
-    ``relaxing``: name of the form that relaxes; ``widest_stack``: of the largest torque, the middle of a stack's plays.
+    What they add to (``output``); the ``size`` of a loop, its ``width``, the ``rate`` at which it forgets in time and
+    that ``in_motion``; ``relaxing``: name of the form that relaxes; ``widest_stack``: of the largest torque, the middle
+    of a stack's plays.
     """
 
     level: Callable[[Frame], FloatArray]
@@ -52,7 +52,7 @@ class Loops:
         """
         h, w, torque, out = self.size.symbol, self.width.symbol, self.torque, self.output
         play_text = f"{out} += {h}*({torque} - y)/{w}, y = max({torque} - {w}, min({torque} + {w}, y))"
-        relaxing_text, forgetting_text, in_motion_text = (
+        relaxing_text, forgetting_text, dither_text = (
             f"{out} += {h}*z, dz = (1 - z*sgn(dx))*dx/{w}{forgets}, "
             f"x = max({torque} - {NOISE_SHARE:g}*{w}, min({torque} + {NOISE_SHARE:g}*{w}, x))"
             for forgets in ("", f" - {self.rate.symbol}*z*dt", f" - {self.in_motion.symbol}*z*abs(dtheta)")
@@ -89,7 +89,16 @@ class Loops:
             (self.relaxing, self._relaxing, one, width, self.widths, relaxing_text, "z", noise),
             ("stack", self._stack, sizes, width, self.widths_of_a_stack, stack_text, "y_k", 0.0),
             ("pair", self._pair, two, two_widths, self._pair_points, pair_text, "y_k", 0.0),
-            ("dithered", self._dithered, one, width_and_rate, self._dithered_points, in_motion_text, "z", noise),
+            (
+                "dithered",
+                self._dithered,
+                one,
+                width_and_rate,
+                self._with_rates(RATES_IN_MOTION),
+                dither_text,
+                "z",
+                noise,
+            ),
         )
         return (
             *(
@@ -112,7 +121,7 @@ class Loops:
                 self._forgetting,
                 (self.size,),
                 (self.width, self.rate),
-                self._forgetting_points,
+                self._with_rates(RATES),
                 equation=f"{forgetting_text}, {begins('z', 'fresh')}",
                 blur=NOISE_SHARE,
             ),
@@ -128,54 +137,38 @@ class Loops:
         largest = top(self.level(frame))
         return logarithmic(NARROWEST_STACK * largest, self.widest_stack * largest, 4)
 
-    def _play(self, between: Between) -> Columns:
-        def regressors(frame: Frame, point: Point) -> FloatArray:
-            x = self.level(frame)
-            return columns((x - play(x, frame, point[0], between)) / point[0])
+    def _plays(self, frame: Frame, widths: Iterable[float], between: Between) -> FloatArray:
+        x = self.level(frame)
+        return columns(*((x - play(x, frame, w, between)) / w for w in widths))
 
-        return regressors
+    def _play(self, between: Between) -> Columns:
+        return lambda frame, point: self._plays(frame, point, between)
 
     def _stack(self, between: Between) -> Columns:
-        def regressors(frame: Frame, point: Point) -> FloatArray:
-            x = self.level(frame)
-            widths = [share * point[0] for share in STACK]
-            return columns(*((x - play(x, frame, w, between)) / w for w in widths))
-
-        return regressors
+        return lambda frame, point: self._plays(frame, (share * point[0] for share in STACK), between)
 
     def _pair(self, between: Between) -> Columns:
-        def regressors(frame: Frame, point: Point) -> FloatArray:
-            x = self.level(frame)
-            return columns(*((x - play(x, frame, w, between)) / w for w in (point[0] / point[1], point[0])))
-
-        return regressors
+        return lambda frame, point: self._plays(frame, (point[0] / point[1], point[0]), between)
 
     def _pair_points(self, frame: Frame) -> tuple[Point, ...]:
         largest = top(self.level(frame))
         wider = logarithmic(NARROWEST_PAIR * largest, WIDEST * largest, 3)
         return tuple((w, ratio) for (w,) in wider for ratio in RATIOS)
 
-    def _relaxing(self, between: Between) -> Columns:
-        def regressors(frame: Frame, point: Point) -> FloatArray:
-            return columns(relaxing(self._quiet(frame, point[0]), frame, point[0], between))
+    def _state(self, frame: Frame, width: float, between: Between, rate: float | FloatArray = 0.0) -> FloatArray:
+        return columns(relaxing(self._quiet(frame, width), frame, width, between, rate))
 
-        return regressors
+    def _relaxing(self, between: Between) -> Columns:
+        return lambda frame, point: self._state(frame, point[0], between)
 
     def _forgetting(self, frame: Frame, point: Point) -> FloatArray:
-        return columns(relaxing(self._quiet(frame, point[0]), frame, point[0], "fresh", point[1]))
-
-    def _forgetting_points(self, frame: Frame) -> tuple[Point, ...]:
-        return tuple((w, rate) for (w,) in self.widths_of_a_stack(frame) for rate in RATES)
+        return self._state(frame, point[0], "fresh", point[1])
 
     def _dithered(self, between: Between) -> Columns:
-        def regressors(frame: Frame, point: Point) -> FloatArray:
-            rate = point[1] * np.abs(frame.velocity)
-            return columns(relaxing(self._quiet(frame, point[0]), frame, point[0], between, rate))
+        return lambda frame, point: self._state(frame, point[0], between, point[1] * np.abs(frame.velocity))
 
-        return regressors
-
-    def _dithered_points(self, frame: Frame) -> tuple[Point, ...]:
-        return tuple((w, rate) for (w,) in self.widths_of_a_stack(frame) for rate in RATES_IN_MOTION)
+    def _with_rates(self, rates: Sequence[float]) -> Callable[[Frame], tuple[Point, ...]]:
+        return lambda frame: tuple((w, rate) for (w,) in self.widths_of_a_stack(frame) for rate in rates)
 
     def _quiet(self, frame: Frame, width: float) -> FloatArray:
         """The torque without the sensor's noise, which would turn the loop by itself."""
