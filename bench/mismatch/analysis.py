@@ -32,6 +32,7 @@ from bench.mismatch.recordings.read_again import runs_of
 from bench.mismatch.recordings.rows import HEAT_S, Rows
 from bench.mismatch.regression.bank import Fit
 from bench.mismatch.regression.candidates import ROTATING
+from bench.mismatch.regression.hidden_states import with_states
 from bench.mismatch.regression.model import ChannelModel, fit_blocks
 from bench.mismatch.regression.nameless_heat import gain_heat, nameless_heat, nameless_load_heat
 from bench.mismatch.regression.nameless_load import nameless_load
@@ -40,7 +41,9 @@ from bench.mismatch.regression.regressors import UNKNOWN, Named
 from bench.mismatch.regression.search import searched
 from bench.mismatch.regression.slow_noise import of_a_row
 from bench.mismatch.regression.state import Search
+from bench.mismatch.unnamed.orders_of_tone import made_by_tone, tone_on_rows
 from bench.mismatch.unnamed.structure import examine, look_for_tone
+from bench.mismatch.unnamed.tones import Tone
 from bench.mismatch.who_reads_wrong import as_reported, mark, of_load_motor
 from bench.simulation import waves
 from bench.simulation.frame import FloatArray
@@ -128,16 +131,14 @@ def analyse(
             most = 1.0 / data.ratio if channel == MOTOR_TORQUE else None
             unnamed = nameless_load(out.searches[LOAD_TORQUE].model, most) if LOAD_TORQUE in out.searches else ()
         if channel == TRANSMISSION_ERROR:
-            out.transmission = _transmission(data, given, rows, seed, (*banned, *in_angles), unnamed)
-            reacts = _reacts(out, data, given, channels)
-            if reacts:
-                _attribute_multiples(out.transmission, data, given, seed)
-            out.outcomes[channel] = of_transmission(out.transmission, data, seed, formulas)
+            transmission = partial(_transmission, data, given, rows, seed, (*banned, *in_angles), unnamed)
+            tone = _search_transmission(out, data, given, channels, transmission(None), formulas, seed)
+            if tone is not None:
+                _without_orders_of(out, data, given, channels, tone, transmission, formulas, seed)
+            assert out.transmission is not None
             assert out.transmission.offset is not None
-            examine(out.outcomes[channel], out.transmission.offset, data.density.get(channel, ()), seed)
-            _ask_for_tone(out, data, out.outcomes[channel], seed)
             out.transmission.offset.close()
-            out.reaction = _reaction(out, data, given, seed) if reacts else None
+            out.reaction = _reaction(out, data, given, seed) if _reacts(out, data, given, channels) else None
         else:
             reaction = out.reaction if channel == MOTOR_TORQUE else None
             if reaction is not None:
@@ -147,6 +148,7 @@ def analyse(
             else:
                 problem = problem_of(data, given, channel, rows, (*banned, *shown), unnamed)
                 search = _beside_orders(out, data, given, problem, seed)
+                search = with_states(search, seed)
             out.searches[channel], out.outcomes[channel] = search, _outcome_of(out, data, given, search, formulas, seed)
             if channel == LOAD_TORQUE:
                 acting = (*acting, *_acting(out, data, given, _known_of(search)))
@@ -162,14 +164,63 @@ def analyse(
     return out
 
 
-def _ask_for_tone(out: Analysis, data: Dataset, outcome: ChannelOutcome, seed: int) -> None:
-    """Ask for a tone in a channel. The gearbox's orders are felt in the torques as well, most of all those that a mode
-    makes large.
+def _search_transmission(
+    out: Analysis,
+    data: Dataset,
+    given: Given,
+    channels: Sequence[str],
+    model: TransmissionModel,
+    formulas: bool,
+    seed: int,
+) -> Tone | None:
+    """The outcome of a ``model`` of the transmission error, with what is left of it; its tone, if there is one."""
+    out.transmission = model
+    if _reacts(out, data, given, channels):
+        _attribute_multiples(model, data, given, seed)
+    outcome = of_transmission(model, data, seed, formulas)
+    out.outcomes[TRANSMISSION_ERROR] = outcome
+    assert model.offset is not None
+    examine(outcome, model.offset, data.density.get(TRANSMISSION_ERROR, ()), seed)
+    return _ask_for_tone(out, data, outcome, seed)
+
+
+def _without_orders_of(
+    out: Analysis,
+    data: Dataset,
+    given: Given,
+    channels: Sequence[str],
+    tone: Tone,
+    transmission: Callable[[FloatArray | None], TransmissionModel],
+    formulas: bool,
+    seed: int,
+) -> None:
+    """Search the ``transmission`` error again with a ``tone`` taken off, where it may have made some of the orders."""
+    model = out.transmission
+    assert model is not None
+    doubtful = made_by_tone(model, tone)
+    if not doubtful:
+        return
+    taken = tone_on_rows(model, tone, doubtful)
+    assert model.offset is not None
+    model.offset.close()
+    _search_transmission(out, data, given, channels, transmission(taken), formulas, seed)
+    held = set(_orders_of(out))
+    gone = [f for f in doubtful if f not in held]
+    if gone:
+        out.outcomes[TRANSMISSION_ERROR].notes.append(
+            f"no order at {', '.join(f'{f:g}' for f in gone)}: at the speeds at which it acted the tone of"
+            f" {tone.frequency:.3g} Hz is near, and with that taken off it is gone"
+        )
+
+
+def _ask_for_tone(out: Analysis, data: Dataset, outcome: ChannelOutcome, seed: int) -> Tone | None:
+    """Ask for a tone in a channel; the tone, if there is one. The gearbox's orders are felt in the torques as well,
+    most of all those that a mode makes large.
     """
     channel = outcome.channel
     orders = () if channel == TEMPERATURE else _orders_of(out)
     runs = partial(runs_of, data, channel)
-    look_for_tone(outcome, data.density.get(channel, ()), seed, orders, data.unsteady.get(channel, ()), runs)
+    return look_for_tone(outcome, data.density.get(channel, ()), seed, orders, data.unsteady.get(channel, ()), runs)
 
 
 def _beside_orders(out: Analysis, data: Dataset, given: Given, problem: ChannelProblem, seed: int) -> Search:
@@ -348,8 +399,15 @@ def _attribute_multiples(model: TransmissionModel, data: Dataset, given: Given, 
 
 
 def _transmission(
-    data: Dataset, given: Given, rows: Rows, seed: int, banned: Sequence[str], unnamed: Sequence[BaseTerm]
+    data: Dataset,
+    given: Given,
+    rows: Rows,
+    seed: int,
+    banned: Sequence[str],
+    unnamed: Sequence[BaseTerm],
+    tone: FloatArray | None,
 ) -> TransmissionModel:
+    """The model of the transmission error of some ``rows``, whose orders are looked for with a ``tone`` taken off."""
     taken = np.zeros(rows.size)
     given_waves = given.waves.get(TRANSMISSION_ERROR, ())
     if given_waves:
@@ -360,7 +418,7 @@ def _transmission(
     series = orders.Given(given.orders, data.folder.notch, given.laws)
     rows = replace(rows, y=rows.y - taken)
     begun = orders.begun(rows, data.folds(), series, base, given.switched_off, banned)
-    return orders.analyse(begun, seed)
+    return orders.analyse(replace(begun, tone=tone), seed)
 
 
 def _heat(out: Analysis, data: Dataset, given: Given, rows: Rows, seed: int, banned: Sequence[str]) -> Search:

@@ -18,6 +18,7 @@ from bench.mismatch.recordings.vibration import Density
 from bench.mismatch.regression import noise
 from bench.mismatch.regression.course import columns_at
 from bench.mismatch.regression.discoveries import discoveries as of_regression
+from bench.mismatch.regression.hidden_states import with_states
 from bench.mismatch.regression.model import ChannelModel, of_start
 from bench.mismatch.regression.open_forms import with_open_forms
 from bench.mismatch.regression.problem import NUISANCE, WanderingZero
@@ -85,8 +86,8 @@ def of_transmission(model: TransmissionModel, data: Dataset, seed: int, formulas
         orders.offset_anew(model, seed)
     # orders and laws are found as revolutions show them: a law has to say more than they do, and not than the offset
     orders.learn(model, seed)
-    offset = model.offset
-    assert offset is not None
+    assert model.offset is not None
+    offset = model.offset = with_states(model.offset, seed)
     slots = settle(offset)
     if formulas:
         slots = in_formulas(offset, slots, data.auxiliary_units)

@@ -105,6 +105,16 @@ def play(x: FloatArray, frame: Frame, half_width: float, between: Between = "fre
     return np.asarray(_play(np.ascontiguousarray(x), recording_starts(frame), half_width, _CODES[between]))
 
 
+def taken_along(x: FloatArray, frame: Frame, reach: float) -> FloatArray:
+    """How far something is wound up that x takes along until it slips at ``reach`` (stop operator), in the unit of x.
+    It goes on between recordings, and the campaign begins with nothing wound up.
+    """
+    if not isinstance(x, np.ndarray):
+        return x - play(x, frame, reach)
+    since = x - x[0] if frame.memory is None and x.size else x
+    return np.asarray(since - play(since, frame, reach, "kept"))
+
+
 def lag(x: FloatArray, frame: Frame, constant: float) -> FloatArray:
     """First-order lag of x with the time constant ``constant`` in s, from the recording's first value."""
     if not isinstance(x, np.ndarray):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -10,7 +11,7 @@ import numpy as np
 from bench.errors import ConfigurationError
 from bench.simulation.composed import composed
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.memory import campaign_lag
+from bench.simulation.memory import campaign_lag, taken_along
 
 AUXILIARY = "aux/"
 """begins the name of a quantity that is no channel of the bench"""
@@ -28,8 +29,12 @@ SLOW_WARMING_S = 1600.0
 QUICK_WARMING_S = 100.0
 """the same for what follows faster, in one to three minutes: the wall of a housing, a torque sensor's shaft and flanges
 """
-REMEMBERED = frozenset({"quick_warming", "warming", "slow_warming"})
-"""quantities with a state that goes on from one recording to the next"""
+STATE_TIMES_S = (8.0, 20.0, 50.0, 125.0, 320.0, 800.0, 2000.0)
+"""time constants of states that follow what is driven, a factor of two and a half apart: a function of one with another
+constant is nearly one of the next; below lies what a recording's rows hardly show, above the campaign's own course
+"""
+STATE_REACHES = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
+"""rad at the output: how far something is taken along before it slips, up to most of a revolution"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,33 +55,99 @@ def _above_last(words: str, seconds: float) -> Quantity:
     )
 
 
-QUANTITIES: dict[str, Quantity] = {
-    "speed": Quantity("speed", "rad/s", lambda f: np.abs(f.velocity)),
-    "velocity": Quantity("velocity", "rad/s", lambda f: f.velocity),
-    "torque": Quantity("load torque", "N*m", lambda f: f.torque_level),
-    "load": Quantity("size of the load torque", "N*m", lambda f: np.abs(f.torque_level)),
-    "load_motor_torque": Quantity("load motor's torque", "N*m", lambda f: f.load_motor_level),
-    "temperature": Quantity("temperature", "degC", lambda f: f.temperature),
-    "quick_warming": _above_last("two minutes", QUICK_WARMING_S),
-    "warming": _above_last("minutes", WARMING_S),
-    "slow_warming": _above_last("half hour", SLOW_WARMING_S),
-    "time": Quantity("time", "s", lambda f: f.time),
-    "travel": Quantity("distance run", "rad", lambda f: f.travel),
-    "angle": Quantity("output angle", "rad", lambda f: np.mod(f.q, 2.0 * np.pi)),
-    "since_reversal": Quantity(
-        "distance since start or reversal", "log10 rad", lambda f: np.log10(f.reversal_travel + SHORTEST_TRAVEL)
-    ),
-    "distance_since_start": Quantity("distance since start or reversal", "rad", lambda f: f.reversal_travel),
-    "seconds": Quantity("time in the recording", "s", lambda f: f.elapsed),
-    "elapsed": Quantity("time in the recording", "log10 s", lambda f: np.log10(f.elapsed + 1.0)),
-    "torque_rate": Quantity("change of the load torque", "N*m/s", lambda f: f.torque_rate),
-    # in steady motion the acceleration is the encoder's noise
-    "speeding_up": Quantity(
-        "acceleration in the direction of motion",
-        f"arsinh of {GENTLE:g} rad/s^2",
-        lambda f: np.where(f.steady > 0.5, 0.0, np.arcsinh(f.acceleration * f.last_direction / GENTLE)),
-    ),
+def _recent(words: str, unit: str, values: Callable[[Frame], FloatArray], seconds: float) -> Quantity:
+    """What was driven, as a state that follows it with a time constant remembers it."""
+    return Quantity(f"{words} of the last {seconds:g} s", unit, lambda f: campaign_lag(values(f), f, seconds))
+
+
+def _taken_along(reach: float) -> Quantity:
+    """How far something is wound up that the output takes along until it slips."""
+    return Quantity(f"angle taken along by up to {reach:g} rad", "rad", lambda f: taken_along(f.q, f, reach))
+
+
+_DRIVEN: dict[str, tuple[str, str, Callable[[Frame], FloatArray]]] = {
+    "recent_speed": ("mean speed", "rad/s", lambda f: np.abs(f.velocity)),
+    "recent_load": ("mean square of the load torque", "(kN*m)^2", lambda f: (f.torque_level / 1000.0) ** 2),
+    "recent_torque": ("mean load torque", "N*m", lambda f: f.torque_level),
+    "recent_loss": ("mean loss", "W", lambda f: f.power),
+    "recent_load_motor": ("mean load motor's torque", "N*m", lambda f: f.load_motor_level),
 }
+_TAKEN_ALONG = "taken_along"
+STATES = frozenset({*_DRIVEN, _TAKEN_ALONG})
+"""kinds of states that are not recorded, which a model may have where nothing that is recorded explains the rest"""
+_STATE = re.compile(rf"({'|'.join(sorted(STATES))})_(\d+(?:\.\d+)?(?:e[+-]\d+)?)(s|rad)")
+
+
+def state_named(kind: str, scale: float) -> str:
+    """Name of a state of a kind with a ``scale``: a time constant in s, or a reach in rad; of three figures."""
+    return f"{kind}_{float(f'{scale:.3g}'):g}{'rad' if kind == _TAKEN_ALONG else 's'}"
+
+
+def state_of(name: str) -> tuple[str, float] | None:
+    """Kind and scale of a state by its name; None of any other quantity."""
+    found = _STATE.fullmatch(name)
+    return None if found is None else (found[1], float(found[2]))
+
+
+def kind_of(name: str) -> str:
+    """What a quantity is alike with: the kind of a state, itself otherwise."""
+    state = state_of(name)
+    return name if state is None else state[0]
+
+
+RECENT: dict[str, tuple[str, ...]] = {
+    kind: tuple(state_named(kind, seconds) for seconds in STATE_TIMES_S) for kind in _DRIVEN
+}
+"""states that follow what is driven: the names of each quantity's, one a time constant"""
+TAKEN_ALONG = tuple(state_named(_TAKEN_ALONG, reach) for reach in STATE_REACHES)
+"""states of what the output takes along until it slips, one a reach"""
+REMEMBERED = frozenset({"quick_warming", "warming", "slow_warming", *STATES})
+"""kinds of quantities with a state that goes on from one recording to the next"""
+
+
+class _Known(dict[str, Quantity]):
+    """Quantities by name; states have names of any scale."""
+
+    def __contains__(self, name: object) -> bool:
+        return super().__contains__(name) or (isinstance(name, str) and state_of(name) is not None)
+
+    def __missing__(self, name: str) -> Quantity:
+        state = state_of(name)
+        if state is None:
+            raise KeyError(name)
+        kind, scale = state
+        return _taken_along(scale) if kind == _TAKEN_ALONG else _recent(*_DRIVEN[kind], scale)
+
+
+QUANTITIES: dict[str, Quantity] = _Known(
+    {
+        "speed": Quantity("speed", "rad/s", lambda f: np.abs(f.velocity)),
+        "velocity": Quantity("velocity", "rad/s", lambda f: f.velocity),
+        "torque": Quantity("load torque", "N*m", lambda f: f.torque_level),
+        "load": Quantity("size of the load torque", "N*m", lambda f: np.abs(f.torque_level)),
+        "load_motor_torque": Quantity("load motor's torque", "N*m", lambda f: f.load_motor_level),
+        "temperature": Quantity("temperature", "degC", lambda f: f.temperature),
+        "quick_warming": _above_last("two minutes", QUICK_WARMING_S),
+        "warming": _above_last("minutes", WARMING_S),
+        "slow_warming": _above_last("half hour", SLOW_WARMING_S),
+        "time": Quantity("time", "s", lambda f: f.time),
+        "travel": Quantity("distance run", "rad", lambda f: f.travel),
+        "angle": Quantity("output angle", "rad", lambda f: np.mod(f.q, 2.0 * np.pi)),
+        "since_reversal": Quantity(
+            "distance since start or reversal", "log10 rad", lambda f: np.log10(f.reversal_travel + SHORTEST_TRAVEL)
+        ),
+        "distance_since_start": Quantity("distance since start or reversal", "rad", lambda f: f.reversal_travel),
+        "seconds": Quantity("time in the recording", "s", lambda f: f.elapsed),
+        "elapsed": Quantity("time in the recording", "log10 s", lambda f: np.log10(f.elapsed + 1.0)),
+        "torque_rate": Quantity("change of the load torque", "N*m/s", lambda f: f.torque_rate),
+        # in steady motion the acceleration is the encoder's noise
+        "speeding_up": Quantity(
+            "acceleration in the direction of motion",
+            f"arsinh of {GENTLE:g} rad/s^2",
+            lambda f: np.where(f.steady > 0.5, 0.0, np.arcsinh(f.acceleration * f.last_direction / GENTLE)),
+        ),
+    }
+)
 
 FACTORS: dict[str, Callable[[Frame], FloatArray]] = {
     "1": lambda f: np.ones(f.size),

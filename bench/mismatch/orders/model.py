@@ -96,6 +96,8 @@ class TransmissionModel:
     offset: Search | None = None
     quiet: FloatArray | None = field(default=None, repr=False)
     """the rows without their offset (n,): what the orders were found in"""
+    tone: FloatArray | None = field(default=None, repr=False)
+    """a disturbance of one frequency on the rows (n,), rad, that is no order"""
     parts: tuple[Revolution, ...] = ()
     """steady parts of less than a revolution that may be fitted"""
     notes: list[str] = field(default_factory=list)
@@ -116,8 +118,12 @@ class TransmissionModel:
 
     @property
     def without_offset(self) -> FloatArray:
-        """The rows (n,) less their offset, as far as it is known: what orders are found in."""
-        return self.rows.y if self.quiet is None else self.quiet
+        """The rows (n,) less their offset and a tone, as far as these are known: what orders are found in."""
+        return self._toneless if self.quiet is None else self.quiet
+
+    @property
+    def _toneless(self) -> FloatArray:
+        return self.rows.y if self.tone is None else self.rows.y - self.tone
 
     @property
     def compared(self) -> FloatArray:
@@ -162,12 +168,12 @@ def begun(
 def analyse(model: TransmissionModel, seed: int) -> TransmissionModel:
     """Find what the transmission error's simulation lacks."""
     if int(model.train.sum()) >= FEWEST_CALIBRATED:
-        quiet = model.rows.y - _wavering(model, model.rows.y)
+        quiet = model.without_offset - _wavering(model, model.rows.y)
         _orders(model, quiet, seed)
         assert model.periodic is not None
         periodic_free = model.periodic.evaluate(model.rows.frame)
         level = offset_alone(model, model.rows.y - periodic_free)
-        model.quiet = model.rows.y - level
+        model.quiet = model.without_offset - level
         _orders(model, model.quiet, seed)
     offset_anew(model, seed)
     return model

@@ -17,7 +17,7 @@ from bench.mismatch.regression.knots import KNOTS, close_knots, ends, is_constan
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor, by_definition
 from bench.mismatch.regression.spells import SPELLS, spells
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.quantities import FACTOR_OF, QUANTITIES, quantity
+from bench.simulation.quantities import FACTOR_OF, QUANTITIES, RECENT, TAKEN_ALONG, quantity
 from bench.simulation.tables import Grid, hats
 from bench.simulation.terms import (
     LIBRARY,
@@ -121,6 +121,31 @@ _ONE: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
         ("elapsed", ("1",)),
     ),
 }
+# functions of states that are not recorded, as above; none follows the channel itself, not even through the loss: it
+# would predict itself
+_OF_STATES: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
+    channel: tuple((name, factors) for names, factors in rows for name in names)
+    for channel, rows in {
+        MOTOR_TORQUE: (
+            (RECENT["recent_speed"], ("d",)),
+            (RECENT["recent_speed"], ("w",)),
+            (RECENT["recent_load"], ("d",)),
+            (RECENT["recent_load"], ("tau",)),
+        ),
+        LOAD_TORQUE: (
+            (TAKEN_ALONG, ("1",)),
+            (RECENT["recent_speed"], ("d",)),
+            (RECENT["recent_load_motor"], ("1",)),
+        ),
+        TRANSMISSION_ERROR: (
+            (RECENT["recent_torque"], ("1",)),
+            (RECENT["recent_load"], ("1",)),
+            (RECENT["recent_speed"], ("1",)),
+            (RECENT["recent_loss"], ("1",)),
+        ),
+        TEMPERATURE: (),
+    }.items()
+}
 # functions of two or three quantities together
 _MORE: dict[str, tuple[tuple[tuple[str, ...], str], ...]] = {
     MOTOR_TORQUE: (
@@ -217,12 +242,12 @@ def named_candidates(
                 yield Named(term, channel, form, point)
 
 
-def free_candidates(channel: str, frame: Frame, straight: bool = False) -> Iterator[Free]:
+def free_candidates(channel: str, frame: Frame, straight: bool = False, states: bool = False) -> Iterator[Free]:
     """Free functions of the quantities that vary in the rows of ``frame``; ``straight``: straight lines as well, where
-    each number has its price.
+    each number has its price; ``states``: those of states that are not recorded as well.
     """
     timeless, recordings = overlapping(frame), int(np.unique(frame.recording).size)
-    for name, factors in _ONE[channel]:
+    for name, factors in (*_ONE[channel], *(() if timeless or not states else _OF_STATES[channel])):
         if name == "time" and timeless:
             continue
         # denser than the recordings, a function of time only says which recording it is

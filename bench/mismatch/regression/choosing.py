@@ -23,7 +23,9 @@ from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor
 from bench.mismatch.regression.scan import Scan
 from bench.mismatch.regression.spells import SIGNS, in_levels, levels_of, price_of_cuts, spell_of, timed
 from bench.mismatch.regression.state import Search
+from bench.mismatch.regression.state_scales import scaled
 from bench.mismatch.regression.strength import strength
+from bench.simulation.quantities import kind_of
 from bench.simulation.terms import LIBRARY
 
 MOST_UNKNOWN = 2
@@ -93,7 +95,7 @@ def best_candidate(
                     ways.setdefault(regressor.times, int(k))
         elif len(free) + len(other) < SHORT_LIST and _may_be_added(regressor, taken, whole, more):
             sudden = ("",) if spell_of(regressor) else ()
-            free.setdefault((*regressor.variables, *sudden), int(k))
+            free.setdefault((*map(kind_of, regressor.variables), *sudden), int(k))
     eligible = [k for forms in named.values() for k in forms.values()]
     nameless = [*free.values(), *(k for ways in other.values() for k in ways.values())]
     cycles = _cycles(model)
@@ -114,7 +116,7 @@ def best_candidate(
     if best is not None and best[0] - start < seen.price:
         best = None
     first = best
-    functions = [timed(model, search.blocks[k]) for k in nameless if seen.gain[k] >= seen.price]
+    functions = [scaled(model, timed(model, search.blocks[k])) for k in nameless if seen.gain[k] >= seen.price]
     functions += [
         b
         for b in (*_levels(search), *cycles)

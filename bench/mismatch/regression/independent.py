@@ -12,6 +12,7 @@ from bench.mismatch.regression.heredity import without
 from bench.mismatch.regression.model import ChannelModel, Chosen, unrefined
 from bench.mismatch.regression.regressors import Regressor
 from bench.mismatch.regression.state import Search
+from bench.simulation.quantities import STATES, kind_of
 
 KINDS: dict[str, frozenset[str]] = {
     "load": frozenset({"torque", "load", "load_motor_torque", "torque_rate", "torque_path"}),
@@ -30,6 +31,7 @@ KINDS: dict[str, frozenset[str]] = {
             "since_reversal",
             "distance_since_start",
             "transient",
+            *STATES,
         }
     ),
 }
@@ -85,4 +87,4 @@ def independent(search: Search, chosen: Sequence[Chosen], one: Chosen) -> bool:
 
 def kinds_of(regressor: Regressor) -> set[str]:
     """Which kinds of quantities (:data:`KINDS`) a regressor depends on."""
-    return {kind for kind, members in KINDS.items() if members & set(regressor.variables)}
+    return {kind for kind, members in KINDS.items() if members & {kind_of(name) for name in regressor.variables}}

@@ -112,6 +112,8 @@ class ChannelProblem:
     """whether the motion follows no set speeds: operating points are none that were run apart"""
     cut: bool = False
     """whether recordings of such a motion are pieces of a few longer ones, which share the sensors' zeros"""
+    states: bool = False
+    """whether functions of states that are not recorded are candidates"""
 
     @property
     def spec(self) -> ChannelSpec:

@@ -155,7 +155,7 @@ def worse_with(model: ChannelModel, current: Sequence[Chosen], effect: Chosen) -
     if effect.effect != UNKNOWN and effect.nominal:
         return None
     others = without(current, effect, problem.lacking)
-    whole = [_left(model, chosen) for chosen in (current, others)]
+    whole = [remaining(model, chosen) for chosen in (current, others)]
     left = [one[held] for one in whole]
     number, recording = problem.rows.number[held], problem.rows.frame.recording[held]
     change = left[0] ** 2 - left[1] ** 2
@@ -170,7 +170,7 @@ def worse_with(model: ChannelModel, current: Sequence[Chosen], effect: Chosen) -
         allowed = error
     elif effect.effect == UNKNOWN:
         # where more than noise is left without it, something is missing, and what predicts better says where
-        allowed = -error if added > 2.0 * error and not _much_is_left(model, others) else 0.0
+        allowed = -error if added > 2.0 * error and not more_than_noise(model, others) else 0.0
     elif PATH in effect.main.regressor.variables:
         allowed = error
     elif not hardly_acts(whole[0] - whole[1], problem.rows.number, held, problem.train):
@@ -185,10 +185,26 @@ def worse_with(model: ChannelModel, current: Sequence[Chosen], effect: Chosen) -
         and _better_within(left, problem.rows.frame.take(held), number)
     ):
         return None
-    return float(ratio) if worse > allowed else None
+    if worse > allowed:
+        return float(ratio)
+    return _worse_as_it_is(model, (current, others)) if effect.effect == UNKNOWN else None
 
 
-def _much_is_left(model: ChannelModel, chosen: Sequence[Chosen]) -> bool:
+def _worse_as_it_is(model: ChannelModel, chosen: Sequence[Sequence[Chosen]]) -> float | None:
+    """How many times as badly the first of two lists of effects predicts recordings held out as the second, with all
+    that zeros of torques add to the heat; None where it predicts them better. A name may be drowned by that; a function
+    without one claims nothing but that it predicts.
+    """
+    if not any(isinstance(block.regressor, WanderingZero) for block in model.base):
+        return None
+    problem = model.problem
+    held = problem.held_out
+    number = problem.rows.number[held]
+    first, second = (float(np.average(_left_as_it_is(model, one)[held] ** 2, weights=number)) for one in chosen)
+    return float(np.sqrt(first / max(second, 1e-300))) if first > second else None
+
+
+def more_than_noise(model: ChannelModel, chosen: Sequence[Chosen]) -> bool:
     """Whether some effects leave more of recordings held out than noise usually is, about the recordings' levels and
     beside what stands for errors of sensors. What an integral leaves grows by itself.
     """
@@ -228,12 +244,12 @@ def without_a_name(effect: Chosen) -> bool:
     return effect.effect == UNKNOWN and not of_auxiliary(effect.main.regressor)
 
 
-def _left(model: ChannelModel, chosen: Sequence[Chosen]) -> FloatArray:
+def remaining(model: ChannelModel, chosen: Sequence[Chosen]) -> FloatArray:
     """What some effects leave of each row (n,), without what the motor torque's own zero in each recording adds to the
     heat: it says nothing of them, and grows far above the noise.
     """
     problem, frame = model.problem, model.problem.rows.frame
-    left = problem.rows.y - of_start(problem, model.predict(frame, chosen, model.refitted(chosen)))
+    left = _left_as_it_is(model, chosen)
     for block in model.base:
         if isinstance(block.regressor, WanderingZero):
             number = np.where(problem.usable, problem.rows.number, 0.0)
@@ -241,3 +257,11 @@ def _left(model: ChannelModel, chosen: Sequence[Chosen]) -> FloatArray:
             noise[number > 0.0] = model.samples.of_means(number, durations(frame))[number > 0.0]
             left = left - block.regressor.told(frame, block.precision, left, noise)
     return np.asarray(left)
+
+
+def _left_as_it_is(model: ChannelModel, chosen: Sequence[Chosen]) -> FloatArray:
+    """What some effects leave of each row (n,)."""
+    problem = model.problem
+    return np.asarray(
+        problem.rows.y - of_start(problem, model.predict(problem.rows.frame, chosen, model.refitted(chosen)))
+    )

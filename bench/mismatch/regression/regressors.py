@@ -13,7 +13,7 @@ import numpy as np
 
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.memory import integral
-from bench.simulation.quantities import FACTOR_OF, QUANTITIES, REMEMBERED, in_words, label
+from bench.simulation.quantities import FACTOR_OF, QUANTITIES, REMEMBERED, in_words, kind_of, label
 from bench.simulation.tables import Grid
 from bench.simulation.terms import CHANNEL_UNITS, LIBRARY, TEMPERATURE, Form, Point, Term
 
@@ -264,7 +264,9 @@ def named(effect: str, channel: str, form: str, point: Point = ()) -> Named:
 
 def remembers(regressor: Regressor) -> bool:
     """Whether a regressor has a state that goes on from one recording to the next."""
-    return (isinstance(regressor, Named) and regressor.form.remembers) or not REMEMBERED.isdisjoint(regressor.variables)
+    if isinstance(regressor, Named) and regressor.form.remembers:
+        return True
+    return not REMEMBERED.isdisjoint(kind_of(name) for name in regressor.variables)
 
 
 def unit_of(name: str) -> str:

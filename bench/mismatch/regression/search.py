@@ -69,7 +69,7 @@ def begun(problem: ChannelProblem, seed: int = 0, left: FloatArray | None = None
         *named_candidates(
             problem.channel, problem.rows.frame, problem.switched_off, problem.banned, problem.free, problem.cut
         ),
-        *free_candidates(problem.channel, frame, problem.free),
+        *free_candidates(problem.channel, frame, problem.free, problem.states),
         *auxiliary_candidates(problem.channel, frame),
         *composed_candidates(problem.channel, frame, problem.angles),
     ]

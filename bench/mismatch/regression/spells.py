@@ -8,6 +8,7 @@ programming (Jackson et al., IEEE Signal Process. Lett. 12 (2005) 105), how ofte
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import combinations
 
 import numpy as np
 
@@ -32,6 +33,8 @@ SIGNS = ("1", "d")
 SPELL_ENDS = 16
 FEWEST_ENDS = 9
 """moments at which a spell may begin or end, below which none is looked for"""
+FEWEST_WITHOUT = 2
+"""recordings without it that tell a spell from something that is always there and one recording that differs"""
 NOT_ENDED_S = 1e9
 """s of the campaign, thirty years: the end of a spell that the last recording has not seen
 """
@@ -124,11 +127,17 @@ def spells(channel: str, frame: Frame, times: str) -> Iterator[Free]:
     if len(every) < FEWEST_ENDS:
         return
     chosen = np.unique(np.round(np.linspace(1, len(every) - 2, SPELL_ENDS)).astype(int))
-    ends = [every[0], *(every[k] for k in chosen), every[-1]]
-    for i in range(len(ends) - 1):
-        for j in range(i + 1, len(ends)):
-            if (i, j) != (0, len(ends) - 1):
-                yield spell(channel, times, ends[i], ends[j])
+    for i, j in combinations((0, *chosen.tolist(), len(every) - 1), 2):
+        if _is_spell(i, j, len(every), times):
+            yield spell(channel, times, every[i], every[j])
+
+
+def _is_spell(begin: int, end: int, ends: int, times: str) -> bool:
+    """Whether what lasts from one to another of so many moments between the recordings is a spell: what is always there
+    is none. A level may differ in one recording; of what changes inside recordings, a gain, one says nothing.
+    """
+    without = ends - 1 - (end - begin)
+    return begin < end and without >= (1 if times in SIGNS else FEWEST_WITHOUT)
 
 
 def spell_ends(frame: Frame) -> list[float]:
@@ -177,7 +186,7 @@ def timed(model: ChannelModel, block: Block) -> Block:
     here = (nearest[0], nearest[1])
     while True:
         around = [(here[0] + a, here[1] + b) for a in (-1, 0, 1) for b in (-1, 0, 1)]
-        inside = [(i, j) for i, j in around if 0 <= i < j < len(ends) and (i, j) != (0, len(ends) - 1)]
+        inside = [(i, j) for i, j in around if i >= 0 and j < len(ends) and _is_spell(i, j, len(ends), found.times)]
         best = max(inside, key=lambda p: (likelihood(*p), p == here))
         if best == here:
             return tried[here][1]

@@ -9,7 +9,7 @@ import numpy as np
 
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.linear import in_metres
-from bench.simulation.quantities import QUANTITIES, SHORTEST_TRAVEL, quantity
+from bench.simulation.quantities import QUANTITIES, SHORTEST_TRAVEL, quantity, state_of
 
 VELOCITY, TORQUE, TEMPERATURE, TIME, ANGLE = "velocity", "load_torque", "temperature", "time", "angle"
 RANGES = (VELOCITY, TORQUE, TEMPERATURE)
@@ -102,6 +102,12 @@ LINEAR: dict[str, Variable] = {
 """quantities of a linear axis that are drawn in other units"""
 
 
+def _state(name: str) -> Variable:
+    """A state that is not recorded, and follows what was driven before."""
+    label = f"{QUANTITIES[name].label} / {QUANTITIES[name].unit}"
+    return Variable("", label, lambda f: quantity(name, f), words="by what was driven before")
+
+
 def variable(name: str, linear: bool = False) -> Variable:
     """A quantity by its name, ``linear`` of an axis in metres; one of no special kind belongs to no range.
 
@@ -110,6 +116,8 @@ def variable(name: str, linear: bool = False) -> Variable:
     known = LINEAR.get(name) if linear else None
     if known is None and name in VARIABLES:
         known = VARIABLES[name]
+    if known is None and state_of(name) is not None:
+        known = _state(name)
     if known is None:
         label = f"{QUANTITIES[name].label} / {QUANTITIES[name].unit}" if name in QUANTITIES else name
         known = Variable("", label, lambda f: quantity(name, f))

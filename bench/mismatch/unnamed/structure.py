@@ -90,23 +90,26 @@ def look_for_tone(
     orders: Sequence[float] = (),
     unsteady: Sequence[Density] = (),
     runs: Callable[[Sequence[int]], Sequence[Run]] = lambda _: (),
-) -> None:
-    """Ask an outcome that was examined for a tone, and add it. ``orders`` that the channel feels are no tones: where
-    recordings share their speeds an order is as much one. Recordings that are ``unsteady`` have a tone as well.
-    ``runs`` of some recordings, by their numbers, in which its phase is followed.
+) -> Tone | None:
+    """Ask an outcome that was examined for a tone, and add it; the tone, if there is one. ``orders`` that the channel
+    feels are no tones: where recordings share their speeds an order is as much one. Recordings that are ``unsteady``
+    have a tone as well. ``runs`` of some recordings, by their numbers, in which its phase is followed.
     """
     assert outcome.structure is not None
     found = tone(densities, seed, orders, unsteady)
     if found is None:
-        return
+        return None
+    told = False
     matters = _matters(found, outcome)
     if matters and found.p_value < criteria.ERROR_RATE_OF_A_CHANNEL:
         sharper = frequency_of(runs(found.heard[:MOST_RECORDINGS]), found.frequency)
         if sharper is not None:
             found = replace(found, frequency=sharper.value, frequency_std=sharper.std)
         outcome.discoveries.append(_of_tone(found, outcome))
+        told = True
     look = Look(f"clearest tone (p {found.p_value:.2g})", found.p_value, found.p_value if matters else 1.0)
     outcome.structure = Structure.of({**outcome.structure.looks, TONE: look})
+    return found if told else None
 
 
 def _mean(search: Search) -> tuple[float, str, float]:

@@ -10,7 +10,7 @@ import pytest
 from bench.mismatch.regression.model import Chosen, add_block
 from bench.mismatch.regression.one_way import named_by_course
 from bench.mismatch.regression.search import begun
-from bench.mismatch.regression.spells import spell, spell_ends
+from bench.mismatch.regression.spells import spell, spell_ends, spell_of, spells
 from bench.simulation.terms import TRANSMISSION_ERROR
 from tests.bench.mismatch.regression.test_one_way import FRAME, SHARE, measured
 
@@ -35,3 +35,15 @@ def test_a_step_that_stays_is_a_drift_and_a_level_that_comes_and_goes_is_none(la
     model = replace(model, chosen=[step], fit=model.refitted([step]))
     assert SHARE[FRAME.time > ends[20]].min() > 0.3
     assert named_by_course(model, [], step, model.fit).effect == effect
+
+
+@pytest.mark.parametrize(("times", "fewest"), [("1", 1), ("tau", 2)])
+def test_what_one_recording_lacks_is_no_spell_of_a_gain(times: str, fewest: int) -> None:
+    """The first recording of a campaign often differs: a gain in all others is a gain."""
+    frame = FRAME.take(FRAME.recording < 12)
+    without = [
+        int(np.unique(frame.recording[~found.columns(frame).any(axis=1)]).size)
+        for one in spells(TRANSMISSION_ERROR, frame, times)
+        if (found := spell_of(one)) is not None
+    ]
+    assert min(without) == fewest
