@@ -110,9 +110,12 @@ def taken_along(x: FloatArray, frame: Frame, reach: float) -> FloatArray:
     It goes on between recordings, and the campaign begins with nothing wound up.
     """
     if not isinstance(x, np.ndarray):
-        return x - play(x, frame, reach)
-    since = x - x[0] if frame.memory is None and x.size else x
-    return np.asarray(since - play(since, frame, reach, "kept"))
+        since = x - x.remembered("begun", 0.0)
+    elif frame.memory is not None:
+        since = x - frame.memory.first(x)
+    else:
+        since = x - x[:1]
+    return since - play(since, frame, reach, "kept")
 
 
 def lag(x: FloatArray, frame: Frame, constant: float) -> FloatArray:

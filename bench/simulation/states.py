@@ -94,6 +94,13 @@ class Memory:
         states[:] = play_along(x, out, 0.0 if np.isnan(states[0]) else states[0], half_width), x[-1]
         return out
 
+    def first(self, x: FloatArray) -> float:
+        """The first value that x (n,) ever had."""
+        states = self._next()
+        if np.isnan(states[0]):
+            states[:] = x[0]
+        return float(states[0])
+
     def campaign_lag(self, x: FloatArray, dt: FloatArray, constant: float) -> FloatArray:
         """The lag of x (n,) as it goes on; ``dt`` (n,) s between rows."""
         states, out = self._next(), np.empty(x.size)

@@ -28,10 +28,10 @@ CHANNELS = ("transmission_error", "motor_torque", "temperature")
 
 
 def model() -> Simulation:
-    """Series, a table and a formula of what was recorded beside, a memory, heat."""
+    """Series, a table and a formula of what was recorded beside, states that were not, a memory, heat."""
     return with_rows(
         *MADE["series"],
-        MADE["table"][0] | {"also": MADE["formula"]},
+        MADE["table"][0] | {"also": [*MADE["formula"], *MADE["states"]]},
         {"effect": "friction.coulomb", "parameters": {"f_c": {"value": 0.4, "unit": "N*m"}}},
         {"effect": "friction.presliding", "form": "dahl", "point": [2.0], "parameters": {"f_d": 0.3, "s_d": 2.0}},
         {"effect": "thermal.loss_heating", "parameters": {"1/C": {"value": 2e-5, "unit": "K/J"}}},

@@ -70,6 +70,25 @@ MADE: dict[str, list[dict[str, Any]]] = {
             "parameters": {"c1": 0.1, "c2": 2.0, "c3": -0.4, "s1": 1.5, "s2": 4.0, "m3": 30.0, "s4": 6.0},
         }
     ],
+    "states": [
+        {
+            "effect": "unknown",
+            "channels": ["motor_torque"],
+            "form": "table",
+            "over": [name],
+            "times": "d",
+            "knots": [[0.0, size]],
+            "values": [0.1, 0.4],
+        }
+        for name, size in {
+            "recent_speed_2s": 0.2,
+            "recent_load_0.5s": 0.5,
+            "recent_torque_3s": 400.0,
+            "recent_loss_1s": 40.0,
+            "recent_load_motor_2s": 400.0,
+            "taken_along_0.05rad": 0.05,
+        }.items()
+    ],
     "waves": [
         {"effect": "unknown", "channels": ["load_torque"], "waves": [{"order": 6, "times": "d*tau", "c": 0.3, "s": 1}]}
     ],
@@ -91,6 +110,7 @@ CHANNEL = {
     "reaction": "motor_torque",
     "table": "motor_torque",
     "formula": "motor_torque",
+    "states": "motor_torque",
     "waves": "load_torque",
     "ripple": "motor_torque",
     "sensor": "motor_torque",

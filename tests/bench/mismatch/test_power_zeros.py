@@ -281,7 +281,7 @@ def test_a_recordings_own_zero_speaks_against_no_effect() -> None:
     held = replace(plain, folds=np.where(np.arange(RECORDINGS_MADE) == 3, -1, plain.folds))
     term = BaseTerm(WanderingZero(), zero_precisions(rows.frame, None, capacity=CAPACITY))
     without, beside = (
-        refuted._left(begun(replace(held, base=base)).model, [])[own] for base in (held.base, (*held.base, term))
+        refuted.remaining(begun(replace(held, base=base)).model, [])[own] for base in (held.base, (*held.base, term))
     )
     assert np.std(without) > 0.8 * np.std(warmed[own])
     # what is no heat of a zero stays
@@ -390,3 +390,18 @@ def test_zeros_heat_a_light_gearbox_more() -> None:
     frame = heated(0.0).frame
     heavy, light = (zero_precisions(frame, None, capacity=c)[0] for c in (2.0e4, 5.0e3))
     assert heavy == pytest.approx(16.0 * light)
+
+
+def test_a_function_without_a_name_has_to_predict_with_those_zeros_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It claims nothing but that it predicts; a name may be drowned by the heat of a zero."""
+    rows = heated(0.0)
+    plain = problem(rows)
+    held = replace(plain, folds=np.where(np.arange(RECORDINGS_MADE) == 3, -1, plain.folds))
+    term = BaseTerm(WanderingZero(), zero_precisions(rows.frame, None, capacity=CAPACITY))
+    models = [begun(replace(held, base=base)).model for base in ((*held.base, term), held.base)]
+    squares = iter((1.21, 1.0, 1.0, 1.21))
+    monkeypatch.setattr(refuted, "_left_as_it_is", lambda *_: np.full(rows.size, np.sqrt(next(squares))))
+    assert refuted._worse_as_it_is(models[0], ([], [])) == pytest.approx(1.1)
+    assert refuted._worse_as_it_is(models[0], ([], [])) is None
+    # without such zeros what is left is what is left
+    assert refuted._worse_as_it_is(models[1], ([], [])) is None
