@@ -57,7 +57,7 @@ def _above_last(words: str, seconds: float) -> Quantity:
 
 def _recent(words: str, unit: str, values: Callable[[Frame], FloatArray], seconds: float) -> Quantity:
     """What was driven, as a state that follows it with a time constant remembers it."""
-    return Quantity(f"{words} of the last {seconds:g} s", unit, lambda f: campaign_lag(values(f), f, seconds))
+    return Quantity(f"{words}, lagged by {seconds:g} s", unit, lambda f: campaign_lag(values(f), f, seconds))
 
 
 def _taken_along(reach: float) -> Quantity:
@@ -66,27 +66,38 @@ def _taken_along(reach: float) -> Quantity:
 
 
 _DRIVEN: dict[str, tuple[str, str, Callable[[Frame], FloatArray]]] = {
-    "recent_speed": ("mean speed", "rad/s", lambda f: np.abs(f.velocity)),
-    "recent_load": ("mean square of the load torque", "(kN*m)^2", lambda f: (f.torque_level / 1000.0) ** 2),
-    "recent_torque": ("mean load torque", "N*m", lambda f: f.torque_level),
-    "recent_loss": ("mean loss", "W", lambda f: f.power),
-    "recent_load_motor": ("mean load motor's torque", "N*m", lambda f: f.load_motor_level),
+    "recent_speed": ("speed", "rad/s", lambda f: np.abs(f.velocity)),
+    "recent_load": ("square of the load torque", "kN^2*m^2", lambda f: (f.torque_level / 1000.0) ** 2),
+    "recent_torque": ("load torque", "N*m", lambda f: f.torque_level),
+    "recent_loss": ("loss", "W", lambda f: f.power),
+    "recent_load_motor": ("load motor's torque", "N*m", lambda f: f.load_motor_level),
 }
 _TAKEN_ALONG = "taken_along"
 STATES = frozenset({*_DRIVEN, _TAKEN_ALONG})
 """kinds of states that are not recorded, which a model may have where nothing that is recorded explains the rest"""
-_STATE = re.compile(rf"({'|'.join(sorted(STATES))})_(\d+(?:\.\d+)?(?:e[+-]\d+)?)(s|rad)")
+_STATE = re.compile(rf"({'|'.join(sorted(_DRIVEN))})_([1-9]\d*)s|({_TAKEN_ALONG})_([1-9]\d*)mrad")
+_MRAD = 1000.0
 
 
 def state_named(kind: str, scale: float) -> str:
-    """Name of a state of a kind with a ``scale``: a time constant in s, or a reach in rad; of three figures."""
-    return f"{kind}_{float(f'{scale:.3g}'):g}{'rad' if kind == _TAKEN_ALONG else 's'}"
+    """Name of a state of a kind with a ``scale``: a time constant in s, or a reach in rad; to a second or a mrad."""
+    if kind == _TAKEN_ALONG:
+        return f"{kind}_{max(round(_MRAD * scale), 1)}mrad"
+    return f"{kind}_{max(round(scale), 1)}s"
 
 
 def state_of(name: str) -> tuple[str, float] | None:
     """Kind and scale of a state by its name; None of any other quantity."""
     found = _STATE.fullmatch(name)
-    return None if found is None else (found[1], float(found[2]))
+    if found is None:
+        return None
+    return (found[1], float(found[2])) if found[1] else (found[3], float(found[4]) / _MRAD)
+
+
+def range_of(kind: str) -> tuple[float, float]:
+    """Least and largest scale of a kind of states that a model is given."""
+    scales = STATE_REACHES if kind == _TAKEN_ALONG else STATE_TIMES_S
+    return scales[0], scales[-1]
 
 
 def kind_of(name: str) -> str:

@@ -119,10 +119,11 @@ class TransmissionModel:
     @property
     def without_offset(self) -> FloatArray:
         """The rows (n,) less their offset and a tone, as far as these are known: what orders are found in."""
-        return self._toneless if self.quiet is None else self.quiet
+        return self.toneless if self.quiet is None else self.quiet
 
     @property
-    def _toneless(self) -> FloatArray:
+    def toneless(self) -> FloatArray:
+        """The rows (n,) less a tone, if there is one."""
         return self.rows.y if self.tone is None else self.rows.y - self.tone
 
     @property

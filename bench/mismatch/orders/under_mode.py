@@ -76,7 +76,7 @@ def under(model: TransmissionModel, found: FoundLaw, plain: Periodic) -> PassedM
             break
         law, guess = best.mode.law, best.orders
         assert model.periodic is not None
-        y = model.rows.y - offset_alone(model, model.rows.y - model.periodic.evaluate(model.rows.frame))
+        y = model.toneless - offset_alone(model, model.rows.y - model.periodic.evaluate(model.rows.frame))
     periodic = model.periodic
     if (
         best is not None

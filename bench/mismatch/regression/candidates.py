@@ -247,7 +247,11 @@ def free_candidates(channel: str, frame: Frame, straight: bool = False, states: 
     each number has its price; ``states``: those of states that are not recorded as well.
     """
     timeless, recordings = overlapping(frame), int(np.unique(frame.recording).size)
-    for name, factors in (*_ONE[channel], *(() if timeless or not states else _OF_STATES[channel])):
+    further = _OF_STATES[channel] if states and not timeless else ()
+    if not np.any(frame.motor_torque):
+        # nothing tells the loss
+        further = tuple((name, factors) for name, factors in further if name not in RECENT["recent_loss"])
+    for name, factors in (*_ONE[channel], *further):
         if name == "time" and timeless:
             continue
         # denser than the recordings, a function of time only says which recording it is

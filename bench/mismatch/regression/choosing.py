@@ -19,13 +19,12 @@ from bench.mismatch.regression.finer import finer_tables
 from bench.mismatch.regression.heredity import orphaned
 from bench.mismatch.regression.model import Block, ChannelModel, Chosen, unrefined
 from bench.mismatch.regression.products import products, without_parts
-from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor
+from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor, kinds
 from bench.mismatch.regression.scan import Scan
 from bench.mismatch.regression.spells import SIGNS, in_levels, levels_of, price_of_cuts, spell_of, timed
 from bench.mismatch.regression.state import Search
 from bench.mismatch.regression.state_scales import scaled
 from bench.mismatch.regression.strength import strength
-from bench.simulation.quantities import kind_of
 from bench.simulation.terms import LIBRARY
 
 MOST_UNKNOWN = 2
@@ -95,7 +94,7 @@ def best_candidate(
                     ways.setdefault(regressor.times, int(k))
         elif len(free) + len(other) < SHORT_LIST and _may_be_added(regressor, taken, whole, more):
             sudden = ("",) if spell_of(regressor) else ()
-            free.setdefault((*map(kind_of, regressor.variables), *sudden), int(k))
+            free.setdefault((*kinds(regressor), *sudden), int(k))
     eligible = [k for forms in named.values() for k in forms.values()]
     nameless = [*free.values(), *(k for ways in other.values() for k in ways.values())]
     cycles = _cycles(model)
@@ -167,9 +166,11 @@ def price_of_course(model: ChannelModel, regressor: Regressor) -> float:
 
 
 def _levels(search: Search) -> list[Block]:
-    """Levels that change over the campaign, for each factor that has none yet and of which none were refuted."""
+    """Levels that change over the campaign, for each factor that has none yet and of which none were refuted. Where
+    states are candidates there are none: what is slow is whatever follows it best, and levels follow everything.
+    """
     model = search.model
-    if overlapping(model.problem.rows.frame.take(model.problem.train)):
+    if model.problem.states or overlapping(model.problem.rows.frame.take(model.problem.train)):
         return []
     had = (levels_of(c.main.regressor) for c in (*model.chosen, *search.refuted))
     known = {levels.times for levels in had if levels is not None}
@@ -199,7 +200,7 @@ def _with_another(search: Search, first: Chosen) -> float | None:
         if not np.isfinite(seen.gain[k]) or seen.gain[k] < seen.price or len(tried) == SHORT_LIST:
             break
         regressor = search.blocks[k].regressor
-        key = regressor.effect if regressor.effect != UNKNOWN else regressor.variables
+        key = regressor.effect if regressor.effect != UNKNOWN else kinds(regressor)
         if regressor.effect in known - {UNKNOWN} or key in tried:
             continue
         if orphaned(regressor, known, model.problem.lacking):
@@ -253,7 +254,7 @@ def _possible(block: Block, fitted: Fit) -> bool:
 
 def _kind(regressor: Regressor) -> tuple[str, ...]:
     """What a regressor is of: its effect, or the quantities of a function without a name."""
-    return (regressor.effect,) if regressor.effect != UNKNOWN else regressor.variables
+    return (regressor.effect,) if regressor.effect != UNKNOWN else kinds(regressor)
 
 
 def _form_of_a_name(block: Block, chosen: Sequence[Chosen]) -> Block:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from bench.mismatch.regression.candidates import EACH_KNOT
 from bench.mismatch.regression.knots import KNOTS, halved
 from bench.mismatch.regression.model import Block, add_block
-from bench.mismatch.regression.regressors import UNKNOWN, Free, Regressor, knots_of_table
+from bench.mismatch.regression.regressors import UNKNOWN, Free, Regressor, kinds, knots_of_table
 from bench.mismatch.regression.state import Search
 from bench.simulation.quantities import quantity
 from bench.simulation.tables import Grid
@@ -56,4 +56,4 @@ def coarser(regressor: Regressor, fine: Regressor) -> bool:
     if not 0 < len(knots_of_table(regressor)) < len(knots_of_table(fine)):
         return False
     alike = regressor.effect == fine.effect or UNKNOWN in (regressor.effect, fine.effect)
-    return alike and (regressor.variables, regressor.times) == (fine.variables, fine.times)
+    return alike and (kinds(regressor), regressor.times) == (kinds(fine), fine.times)

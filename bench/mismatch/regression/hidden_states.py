@@ -14,24 +14,25 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.regression.independent import much_is_left
-from bench.mismatch.regression.model import ChannelModel
-from bench.mismatch.regression.refuted import more_than_noise, remaining
-from bench.mismatch.regression.search import searched
+from bench.mismatch.regression.model import ChannelModel, left_by
+from bench.mismatch.regression.refuted import borne_out
+from bench.mismatch.regression.search import carried_over, searched
 from bench.mismatch.regression.state import Search
 from bench.mismatch.regression.state_scales import is_of_state
 
 
 def with_states(search: Search, seed: int) -> Search:
     """A search of a channel, or another with states among the candidates, if the first ends with a function without a
-    name or leaves more than noise, the other finds a state, and it predicts recordings held out better
-    (:func:`predicts_better`).
+    name or leaves more than noise, and the other finds a state that recordings held out bear out and predicts points
+    left out better (:func:`predicts_better`). In motion of no set operating points no state is asked for.
     """
-    problem = search.model.problem
-    if not problem.held_out.any() or not _something_is_left(search.model):
+    model = search.model
+    if model.noise.independent_rows is not None or not _something_is_left(model):
         return search
-    again = searched(replace(problem, states=True), seed)
-    found = any(is_of_state(c.main.regressor) for c in again.model.chosen)
-    if found and predicts_better(again.model, search.model):
+    again = searched(replace(model.problem, states=True), seed)
+    # what stays out of its notes here is asked again, and noted, when alternatives are
+    borne = borne_out(replace(again.model, notes=[]))
+    if any(is_of_state(c.main.regressor) for c in borne) and predicts_better(again, search):
         search.close()
         return again
     again.close()
@@ -39,23 +40,26 @@ def with_states(search: Search, seed: int) -> Search:
 
 
 def _something_is_left(model: ChannelModel) -> bool:
-    """Whether a model has a function without a name, or leaves more than noise: of the fitted rows as they are
-    weighted, or of those held out beside what is known of the noise of a sample.
+    """Whether a model has a function without a name, or leaves more of the fitted rows than noise: as they are
+    weighted, or by what is known of the noise of a sample. What an integral leaves grows by itself.
     """
-    return bool(model.nameless) or much_is_left(model) or more_than_noise(model, model.chosen)
-
-
-def predicts_better(one: ChannelModel, other: ChannelModel) -> bool:
-    """Whether a model leaves less of recordings held out than another of the same problem does: over all of them, and
-    in the mean over the recordings of the logarithm of what is left, by more than its standard error. Where much is
-    left, a few recordings have most of it, and differ by as much.
-    """
-    problem = one.problem
-    held = problem.held_out
-    number, recording = problem.rows.number[held], problem.rows.frame.recording[held]
-    left = [np.bincount(recording, number * remaining(m, m.chosen)[held] ** 2) for m in (one, other)]
-    seen = np.bincount(recording, number) > 0
-    ratio = np.log(left[1][seen] / np.maximum(left[0][seen], 1e-300))
-    if ratio.size < 2 or left[0].sum() >= left[1].sum():
+    if model.nameless or much_is_left(model):
+        return True
+    problem = model.problem
+    if problem.spec.integral or model.floor <= 0.0:
         return False
-    return bool(ratio.mean() > criteria.ONE_ERROR * float(ratio.std(ddof=1)) / np.sqrt(ratio.size))
+    left = float(np.average(left_by(model) ** 2, weights=problem.rows.number[problem.train]))
+    return left > (criteria.MORE_THAN_NOISE**2 - 1.0) * model.floor**2
+
+
+def predicts_better(one: Search, other: Search) -> bool:
+    """Whether a search's effects predict points left out better than those of another search of the same rows do, with
+    the noise of the other, by more log density than the standard error from one point to another.
+    """
+    before, scans = other.model, other.scans
+    gained = -other.density(before.chosen)
+    moved = carried_over(one, other)
+    gained += moved.density(moved.model.chosen)
+    other.model, other.scans = before, scans
+    error = float(np.std(gained, ddof=1)) * float(np.sqrt(gained.size)) if gained.size > 1 else np.inf
+    return float(gained.sum()) > criteria.ONE_ERROR * error

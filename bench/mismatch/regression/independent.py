@@ -10,9 +10,9 @@ from bench.mismatch import criteria
 from bench.mismatch.regression.bank import Fit
 from bench.mismatch.regression.heredity import without
 from bench.mismatch.regression.model import ChannelModel, Chosen, unrefined
-from bench.mismatch.regression.regressors import Regressor
+from bench.mismatch.regression.regressors import Regressor, kinds
 from bench.mismatch.regression.state import Search
-from bench.simulation.quantities import STATES, kind_of
+from bench.simulation.quantities import STATES
 
 KINDS: dict[str, frozenset[str]] = {
     "load": frozenset({"torque", "load", "load_motor_torque", "torque_rate", "torque_path"}),
@@ -87,4 +87,4 @@ def independent(search: Search, chosen: Sequence[Chosen], one: Chosen) -> bool:
 
 def kinds_of(regressor: Regressor) -> set[str]:
     """Which kinds of quantities (:data:`KINDS`) a regressor depends on."""
-    return {kind for kind, members in KINDS.items() if members & {kind_of(name) for name in regressor.variables}}
+    return {kind for kind, members in KINDS.items() if members & set(kinds(regressor))}

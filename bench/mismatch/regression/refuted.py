@@ -170,7 +170,7 @@ def worse_with(model: ChannelModel, current: Sequence[Chosen], effect: Chosen) -
         allowed = error
     elif effect.effect == UNKNOWN:
         # where more than noise is left without it, something is missing, and what predicts better says where
-        allowed = -error if added > 2.0 * error and not more_than_noise(model, others) else 0.0
+        allowed = -error if added > 2.0 * error and not _much_is_left(model, others) else 0.0
     elif PATH in effect.main.regressor.variables:
         allowed = error
     elif not hardly_acts(whole[0] - whole[1], problem.rows.number, held, problem.train):
@@ -187,7 +187,7 @@ def worse_with(model: ChannelModel, current: Sequence[Chosen], effect: Chosen) -
         return None
     if worse > allowed:
         return float(ratio)
-    return _worse_as_it_is(model, (current, others)) if effect.effect == UNKNOWN else None
+    return _worse_as_it_is(model, (current, others)) if without_a_name(effect) else None
 
 
 def _worse_as_it_is(model: ChannelModel, chosen: Sequence[Sequence[Chosen]]) -> float | None:
@@ -204,7 +204,7 @@ def _worse_as_it_is(model: ChannelModel, chosen: Sequence[Sequence[Chosen]]) -> 
     return float(np.sqrt(first / max(second, 1e-300))) if first > second else None
 
 
-def more_than_noise(model: ChannelModel, chosen: Sequence[Chosen]) -> bool:
+def _much_is_left(model: ChannelModel, chosen: Sequence[Chosen]) -> bool:
     """Whether some effects leave more of recordings held out than noise usually is, about the recordings' levels and
     beside what stands for errors of sensors. What an integral leaves grows by itself.
     """

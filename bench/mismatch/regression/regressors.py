@@ -247,6 +247,13 @@ class Free:
         return self.rows(coefficients)[0]
 
 
+def kinds(regressor: Regressor) -> tuple[str, ...]:
+    """Quantities a regressor depends on; of states that are not recorded their kinds: with another scale it is the same
+    function.
+    """
+    return tuple(dict.fromkeys(map(kind_of, regressor.variables)))
+
+
 def knots_of_table(regressor: Regressor) -> tuple[float, ...]:
     """Knots of a function of one quantity that is a plain table; none of anything else."""
     if not isinstance(regressor, Free) or regressor.mixing:

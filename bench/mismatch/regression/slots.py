@@ -22,7 +22,7 @@ from bench.mismatch.regression.folds import apart, weights
 from bench.mismatch.regression.heredity import orphaned, without
 from bench.mismatch.regression.model import ChannelModel, Chosen
 from bench.mismatch.regression.refine import strained
-from bench.mismatch.regression.regressors import UNKNOWN, Free, Named
+from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, kinds
 from bench.mismatch.regression.scan import Scan
 from bench.mismatch.regression.state import Search
 from bench.simulation.frame import FloatArray
@@ -174,8 +174,8 @@ def _alternatives(search: Search, tested: Chosen, others: Sequence[Chosen], seen
                 # which form is best is known when each has its own parameters: one may end up at the end of its range
                 if len(forms) < MOST_REFINED:
                     forms.setdefault(regressor.form.name, int(k))
-        elif len(free) < 2 and (tested.main.regressor.variables != regressor.variables or tested.effect != UNKNOWN):
-            free.setdefault(regressor.variables, int(k))
+        elif len(free) < 2 and (kinds(tested.main.regressor) != kinds(regressor) or tested.effect != UNKNOWN):
+            free.setdefault(kinds(regressor), int(k))
     out = []
     for forms in named.values():
         shapes = (shaped(search, others, search.blocks[k].regressor) for k in forms.values())

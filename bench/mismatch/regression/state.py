@@ -15,6 +15,7 @@ from bench.mismatch.regression.regressors import UNKNOWN, Free, Regressor, knots
 from bench.mismatch.regression.scan import LEAST_ENERGY_LEFT, Scan, scan
 from bench.mismatch.regression.sign_blocks import Units
 from bench.simulation.frame import FloatArray
+from bench.simulation.quantities import kind_of
 
 
 @dataclass(slots=True)
@@ -88,5 +89,9 @@ def _is_finer(regressor: Regressor) -> bool:
 
 def _of(regressor: Regressor) -> tuple[object, ...]:
     """What a function is of: its effect, and of each of its tables the kind, the quantities and the factor."""
-    grids = tuple((type(g), g.over, g.times) for g in regressor.grids) if isinstance(regressor, Free) else ()
+    grids = (
+        tuple((type(g), tuple(map(kind_of, g.over)), g.times) for g in regressor.grids)
+        if isinstance(regressor, Free)
+        else ()
+    )
     return regressor.effect, grids

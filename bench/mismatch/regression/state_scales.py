@@ -10,10 +10,12 @@ from scipy.optimize import minimize_scalar
 from bench.mismatch.regression.knots import knots_of
 from bench.mismatch.regression.model import Block, ChannelModel, add_block, fit_blocks
 from bench.mismatch.regression.regressors import Free, Regressor
-from bench.simulation.quantities import quantity, state_named, state_of
+from bench.simulation.quantities import quantity, range_of, state_named, state_of
 
 WITHIN = 3.0
-"""times the scale to either side within which it is looked for: a little more than to the next candidate"""
+"""times the scale to either side within which it is looked for, a little more than to the next candidate; not beyond
+the first and the last
+"""
 FINE = 0.02
 """of the scale's logarithm: to a fiftieth of the scale its function is the same"""
 MOST_TRIED = 12
@@ -46,10 +48,9 @@ def scaled(model: ChannelModel, block: Block) -> Block:
         tried[logarithm] = (likelihood, one)
         return -likelihood
 
-    middle, wide = float(np.log(begin)), float(np.log(WITHIN))
-    minimize_scalar(
-        cost, bounds=(middle - wide, middle + wide), method="bounded", options={"xatol": FINE, "maxiter": MOST_TRIED}
-    )
+    least, most = range_of(kind)
+    bounds = (float(np.log(max(begin / WITHIN, least))), float(np.log(min(begin * WITHIN, most))))
+    minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": FINE, "maxiter": MOST_TRIED})
     return max(tried.values(), key=lambda one: one[0])[1]
 
 

@@ -105,7 +105,7 @@ LINEAR: dict[str, Variable] = {
 def _state(name: str) -> Variable:
     """A state that is not recorded, and follows what was driven before."""
     label = f"{QUANTITIES[name].label} / {QUANTITIES[name].unit}"
-    return Variable("", label, lambda f: quantity(name, f), words="by what was driven before")
+    return Variable("", label, lambda f: quantity(name, f), words="depending on the motion and load before")
 
 
 def variable(name: str, linear: bool = False) -> Variable:

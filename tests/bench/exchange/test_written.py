@@ -82,11 +82,11 @@ MADE: dict[str, list[dict[str, Any]]] = {
         }
         for name, size in {
             "recent_speed_2s": 0.2,
-            "recent_load_0.5s": 0.5,
+            "recent_load_1s": 0.5,
             "recent_torque_3s": 400.0,
             "recent_loss_1s": 40.0,
             "recent_load_motor_2s": 400.0,
-            "taken_along_0.05rad": 0.05,
+            "taken_along_50mrad": 0.05,
         }.items()
     ],
     "waves": [

@@ -225,7 +225,7 @@ def test_terms_with_a_memory_go_on_from_block_to_block_and_from_a_snapshot(tmp_p
     table = {"form": "table", "over": ["since_reversal"], "times": "d*reversed", "knots": [[-5.0, -1.0]]}
     heat = {"form": "table", "over": ["speed"], "times": "1", "knots": [[0.0, 0.1]], "channels": ["temperature"]}
     warm = {"form": "table", "over": ["warming"], "times": "1", "knots": [[-1.0, 1.0]], "channels": ["load_torque"]}
-    taken = {"form": "table", "over": ["taken_along_0.05rad"], "times": "1", "knots": [[-0.05, 0.05]]}
+    taken = {"form": "table", "over": ["taken_along_50mrad"], "times": "1", "knots": [[-0.05, 0.05]]}
     states = [
         {"form": "table", "over": [f"{kind}_30s"], "times": "d", "knots": [[-1.0, 1.0]]}
         for kind in ("recent_speed", "recent_load", "recent_torque", "recent_loss", "recent_load_motor")
