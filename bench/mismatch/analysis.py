@@ -151,7 +151,7 @@ def analyse(
             else:
                 problem = problem_of(data, given, channel, rows, (*banned, *shown), unnamed)
                 search = _beside_orders(out, data, given, problem, seed)
-                search = with_states(search, seed)
+                search = search if data.linear else with_states(search, seed)
             out.searches[channel], out.outcomes[channel] = search, _outcome_of(out, data, given, search, formulas, seed)
             if channel == LOAD_TORQUE:
                 acting = (*acting, *_acting(out, data, given, _known_of(search)))

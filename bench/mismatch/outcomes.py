@@ -87,7 +87,7 @@ def of_transmission(model: TransmissionModel, data: Dataset, seed: int, formulas
     # orders and laws are found as revolutions show them: a law has to say more than they do, and not than the offset
     orders.learn(model, seed)
     assert model.offset is not None
-    offset = model.offset = with_states(model.offset, seed)
+    offset = model.offset = model.offset if data.linear else with_states(model.offset, seed)
     slots = settle(offset)
     if formulas:
         slots = in_formulas(offset, slots, data.auxiliary_units)

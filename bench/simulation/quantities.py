@@ -224,7 +224,10 @@ def quantity(name: str, frame: Frame) -> FloatArray:
             raise ConfigurationError(f"the recordings have no quantity '{name}', which the simulation depends on")
         return frame.aux[plain]
     if name not in QUANTITIES:
-        raise ConfigurationError(f"there is no quantity '{name}', it should be one of {', '.join(QUANTITIES)}")
+        raise ConfigurationError(
+            f"there is no quantity '{name}', it should be one of {', '.join(QUANTITIES)}, or a state such as"
+            f" {state_named('recent_speed', 50.0)} or {TAKEN_ALONG[0]}"
+        )
     return np.asarray(QUANTITIES[name].values(frame))
 
 

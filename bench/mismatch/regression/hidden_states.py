@@ -8,31 +8,38 @@ like temperature, time or distance run.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
 
 from bench.mismatch import criteria
+from bench.mismatch.regression.candidates import overlapping
 from bench.mismatch.regression.independent import much_is_left
-from bench.mismatch.regression.model import ChannelModel, left_by
+from bench.mismatch.regression.model import ChannelModel, Chosen, left_by
 from bench.mismatch.regression.refuted import borne_out
 from bench.mismatch.regression.search import carried_over, searched
 from bench.mismatch.regression.state import Search
 from bench.mismatch.regression.state_scales import is_of_state
 
+FEWEST_POINTS = 6
+"""points left out, below which their scatter tells no standard error"""
+
 
 def with_states(search: Search, seed: int) -> Search:
     """A search of a channel, or another with states among the candidates, if the first ends with a function without a
     name or leaves more than noise, and the other finds a state that recordings held out bear out and predicts points
-    left out better (:func:`predicts_better`). In motion of no set operating points no state is asked for.
+    left out better (:func:`predicts_better`). In motion of no set operating points no state is asked for, nor where
+    recordings overlap in time.
     """
     model = search.model
-    if model.noise.independent_rows is not None or not _something_is_left(model):
+    frame = model.problem.rows.frame.take(model.problem.train)
+    if model.noise.independent_rows is not None or overlapping(frame) or not _something_is_left(model):
         return search
     again = searched(replace(model.problem, states=True), seed)
-    # what stays out of its notes here is asked again, and noted, when alternatives are
-    borne = borne_out(replace(again.model, notes=[]))
-    if any(is_of_state(c.main.regressor) for c in borne) and predicts_better(again, search):
+    reported = [borne_out(replace(one.model, notes=[])) for one in (again, search)]
+    if any(is_of_state(c.main.regressor) for c in reported[0]) and predicts_better(again, search, *reported):
         search.close()
         return again
     again.close()
@@ -41,7 +48,8 @@ def with_states(search: Search, seed: int) -> Search:
 
 def _something_is_left(model: ChannelModel) -> bool:
     """Whether a model has a function without a name, or leaves more of the fitted rows than noise: as they are
-    weighted, or by what is known of the noise of a sample. What an integral leaves grows by itself.
+    weighted, recordings' offsets with them, or by what is known of the noise of a sample. What an integral leaves grows
+    by itself.
     """
     if model.nameless or much_is_left(model):
         return True
@@ -52,14 +60,19 @@ def _something_is_left(model: ChannelModel) -> bool:
     return left > (criteria.MORE_THAN_NOISE**2 - 1.0) * model.floor**2
 
 
-def predicts_better(one: Search, other: Search) -> bool:
-    """Whether a search's effects predict points left out better than those of another search of the same rows do, with
-    the noise of the other, by more log density than the standard error from one point to another.
+def predicts_better(one: Search, other: Search, chosen: Sequence[Chosen], beside: Sequence[Chosen]) -> bool:
+    """Whether effects ``chosen`` in one search predict points left out better than those ``beside`` of another search
+    of the same rows do, with the noise of the other: by more log density than the price of an effect, and than the
+    standard error from one point to another. Few points tell neither.
     """
     before, scans = other.model, other.scans
-    gained = -other.density(before.chosen)
-    moved = carried_over(one, other)
+    gained = -other.to_be_beaten(beside)
+    carried = copy(one)
+    carried.model = replace(one.model, chosen=list(chosen))
+    moved = carried_over(carried, other)
     gained += moved.density(moved.model.chosen)
     other.model, other.scans = before, scans
-    error = float(np.std(gained, ddof=1)) * float(np.sqrt(gained.size)) if gained.size > 1 else np.inf
-    return float(gained.sum()) > criteria.ONE_ERROR * error
+    if gained.size < FEWEST_POINTS:
+        return False
+    error = float(np.std(gained, ddof=1)) * float(np.sqrt(gained.size))
+    return float(gained.sum()) > max(criteria.ONE_ERROR * error, before.price)

@@ -35,17 +35,19 @@ def scaled(model: ChannelModel, block: Block) -> Block:
     kind, begin = state
     beside = model.blocks(model.chosen)
     frame = model.problem.rows.frame.take(model.problem.train)
-    tried: dict[float, tuple[float, Block]] = {begin: (_likelihood(model, beside, block), block)}
+    tried: dict[str, tuple[float, Block]] = {free.variables[0]: (_likelihood(model, beside, block), block)}
 
     def cost(logarithm: float) -> float:
         name = state_named(kind, float(np.exp(logarithm)))
+        if name in tried:
+            return -tried[name][0]
         knots = knots_of(quantity(name, frame), len(free.grids[0].knots[0]))
         if knots is None:
             return float("inf")
         grids = tuple(replace(grid, over=(name,), knots=(knots,)) for grid in free.grids)
         one = add_block(model.problem, model.bank, replace(free, grids=grids))
         likelihood = _likelihood(model, beside, one)
-        tried[logarithm] = (likelihood, one)
+        tried[name] = (likelihood, one)
         return -likelihood
 
     least, most = range_of(kind)

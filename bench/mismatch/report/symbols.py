@@ -9,6 +9,8 @@ from collections.abc import Iterator
 from bench.mismatch.report import reasons
 from bench.mismatch.report.figures import finite
 from bench.mismatch.report.finding import Finding
+from bench.simulation.quantities import label as quantity_label
+from bench.simulation.quantities import state_of
 from bench.simulation.terms import LIBRARY
 from bench.typeset import engineering, figure, mathml, names_of, plain, symbol
 
@@ -42,6 +44,7 @@ def equation(finding: Finding) -> str:
     """The equation as HTML, and what its symbols are."""
     text = finding.discovery.equation
     known = QUANTITIES | meanings(finding.effect)
+    known |= {name: quantity_label(name) for name in names_of(text) if state_of(name) is not None}
     used = [(name, known[name]) for name in names_of(text) if name in known]
     rows = "".join(f"<dt>{symbol(name)}</dt><dd>{html.escape(what)}</dd>" for name, what in used)
     legend = f"<details><summary class='dim'>What the symbols are</summary><dl>{rows}</dl></details>" if rows else ""

@@ -18,6 +18,7 @@ from bench.simulation.quantities import (
     STATES,
     TAKEN_ALONG,
     kind_of,
+    label,
     quantity,
     state_named,
     state_of,
@@ -59,10 +60,11 @@ def test_a_recent_speed_follows_a_step_with_its_time_constant(seconds: float) ->
 def test_every_candidate_is_a_state_with_a_label_and_finite_values() -> None:
     for name in (*(n for names in RECENT.values() for n in names), *TAKEN_ALONG):
         assert state_of(name) is not None
-        assert name in QUANTITIES
-        assert QUANTITIES[name].label
         assert np.isfinite(quantity(name, FRAME)).all()
     assert {kind_of(name) for name in TAKEN_ALONG} | set(RECENT) == STATES
+    assert label("recent_loss_50s") == "loss, lagged by 50 s"
+    assert label("taken_along_1235mrad") == "angle taken along by up to 1.235 rad"
+    assert QUANTITIES["recent_load_50s"].unit == "kN^2*m^2"
 
 
 @given(kind=st.sampled_from(sorted(STATES)), scale=st.floats(1.0, 1e5))
@@ -86,5 +88,5 @@ def test_what_only_begins_like_a_state_is_none() -> None:
     ):
         assert state_of(name) is None
         assert kind_of(name) == name
-    with pytest.raises(ConfigurationError, match="recent_speed_x"):
+    with pytest.raises(ConfigurationError, match=r"recent_speed_x.* or a state such as recent_speed_50s"):
         quantity("recent_speed_x", FRAME)

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
+from bench.mismatch.regression import hidden_states
+from bench.mismatch.regression.candidates import free_candidates
 from bench.mismatch.regression.hidden_states import predicts_better, with_states
 from bench.mismatch.regression.model import Chosen
 from bench.mismatch.regression.problem import ChannelProblem
@@ -15,6 +19,7 @@ from bench.mismatch.regression.search import begun, searched
 from bench.mismatch.regression.state_scales import is_of_state, scaled
 from bench.simulation.frame import FloatArray
 from bench.simulation.quantities import STATE_TIMES_S, quantity, state_named, state_of
+from bench.simulation.terms import TRANSMISSION_ERROR
 from tests.bench.mismatch.regression.synthetic import campaign, problem
 
 NOISE = 0.01
@@ -76,16 +81,15 @@ def test_a_state_that_was_refuted_is_none_at_another_scale() -> None:
     assert left == {("w",)}
 
 
-@pytest.mark.parametrize(("begin", "true"), [(8.0, 5.0), (2000.0, 3000.0), (125.0, 200.0)])
-def test_a_scale_is_refined_within_what_is_asked(begin: float, true: float) -> None:
+@pytest.mark.parametrize(("begin", "true", "told"), [(2000.0, 3000.0, 2000.0), (125.0, 200.0, 200.0)])
+def test_a_scale_is_refined_within_what_is_asked(begin: float, true: float, told: float) -> None:
     frame = SHUFFLED
-    search = begun(
-        replace(asked(2.0 * frame.direction * quantity(state_named("recent_speed", true), frame)), states=True)
-    )
+    slow = quantity(state_named("recent_speed", true), frame)
+    search = begun(replace(asked(2.0 * frame.direction * slow), states=True))
     one = next(b for b in search.blocks if b.regressor.variables == (state_named("recent_speed", begin),))
     found = state_of(scaled(search.model, one).regressor.variables[0])
     assert found is not None
-    assert STATE_TIMES_S[0] <= found[1] <= STATE_TIMES_S[-1]
+    assert found[1] == pytest.approx(told, rel=0.15)
 
 
 def test_motion_of_no_set_points_is_asked_for_no_state() -> None:
@@ -96,10 +100,51 @@ def test_motion_of_no_set_points_is_asked_for_no_state() -> None:
     first.close()
 
 
-def test_what_predicts_better_is_asked_with_the_same_noise_and_leaves_the_other_search_as_it_is() -> None:
+def test_what_predicts_better_leaves_the_other_search_as_it_is() -> None:
     own = asked(-2.0 * SHUFFLED.direction * quantity("recent_speed_500s", SHUFFLED))
     first, again = searched(own, 0), searched(replace(own, states=True), 0)
-    before = first.model
-    assert predicts_better(again, first)
+    before, density, scans = first.model, first.density(first.model.chosen), list(first.scans)
+    assert predicts_better(again, first, again.model.chosen, first.model.chosen)
     assert first.model is before
-    assert not predicts_better(first, again)
+    assert first.scans == scans
+    assert first.density(before.chosen) == pytest.approx(density, rel=1e-9)
+    assert not predicts_better(first, again, first.model.chosen, again.model.chosen)
+    # what would not be reported says nothing for a search
+    assert not predicts_better(again, first, [], first.model.chosen)
+    first.close()
+    again.close()
+
+
+@dataclass(frozen=True)
+class Model:
+    """Of a search: its effects and the price of one."""
+
+    chosen: list[Chosen]
+    price: float = 3.0
+
+
+@pytest.mark.parametrize(
+    ("gained", "better"),
+    [
+        ([1.0] * 8, True),
+        ([1.0] * 5, False),  # of too few points
+        ([0.3] * 8, False),  # less than the price
+        ([30.0, -29.0, 30.0, -25.0, 20.0, -20.0, 5.0, -4.0], False),  # less than it scatters
+    ],
+)
+def test_what_predicts_better_gains_its_price_and_more_than_it_scatters(
+    gained: list[float], better: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    moved = SimpleNamespace(model=Model([]), density=lambda _: np.array(gained) - 10.0)
+    monkeypatch.setattr(hidden_states, "carried_over", lambda *_: moved)
+    other = SimpleNamespace(model=Model([]), scans=[], to_be_beaten=lambda _: np.full(len(gained), -10.0))
+    assert predicts_better(cast("Any", SimpleNamespace(model=Model([]))), cast("Any", other), [], []) is better
+
+
+def test_a_loss_that_nothing_tells_is_no_state() -> None:
+    frame = replace(SHUFFLED, power=np.abs(SHUFFLED.torque * SHUFFLED.velocity))
+    asked_of = [
+        {kinds(f)[0] for f in free_candidates(TRANSMISSION_ERROR, one, states=True) if kinds(f)}
+        for one in (frame, replace(frame, motor_torque=frame.torque / 185.0))
+    ]
+    assert asked_of[1] - asked_of[0] == {"recent_loss"}
