@@ -14,9 +14,9 @@ def borne_out(model: TransmissionModel, before: Periodic, after: Periodic, doubt
     """Whether steady rows held out bear out a law, predicted ``before`` it and ``after`` it.
 
     A ``doubtful`` one has to predict them better, if a true one would be seen in them; or else no worse by more than
-    the standard error of that, from one recording to another. Any other goes where they are worse, unless it adds less
-    than half to them of what it adds to the fitted ones. As in the other channels
-    (:func:`bench.mismatch.regression.refuted.borne_out`).
+    the standard error of that, from one recording to another. Any other goes where they are worse; if it adds less than
+    half to them of what it adds to the fitted ones, only where they are worse by more than the standard error. As in
+    the other channels (:func:`bench.mismatch.regression.refuted.borne_out`).
     """
     frame = model.rows.frame
     rows = np.flatnonzero(steady_rows(model) & (model.folds[frame.recording] < 0) & (model.rows.number > 0))
@@ -31,7 +31,7 @@ def borne_out(model: TransmissionModel, before: Periodic, after: Periodic, doubt
         return True
     mean = float(np.average(gained, weights=number))
     if not doubtful:
-        return mean > 0.0 or _hardly_acts(model, before, after)
+        return mean > (-criteria.ONE_ERROR * error if _hardly_acts(model, before, after) else 0.0)
     seen = float(np.average((one - other) ** 2, weights=number)) > criteria.ONE_ERROR * error
     return mean > (0.0 if seen else -criteria.ONE_ERROR * error)
 

@@ -6,11 +6,15 @@ from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
+import numpy as np
 import pytest
 
 from bench.mismatch.orders import discoveries
+from bench.mismatch.orders.borne_out import borne_out
 from bench.mismatch.orders.defects import Defect
 from bench.mismatch.orders.periodic import Periodic, Pulse
+from bench.simulation.frame import FloatArray, Frame
+from tests.bench.mismatch.regression.synthetic import campaign
 
 
 @pytest.mark.parametrize("contradicted", [True, False])
@@ -77,3 +81,35 @@ def test_pulses_are_asked_against_nothing_in_their_place(monkeypatch: pytest.Mon
     assert (told is None) is contradicted
     assert model.periodic.pulses == (() if contradicted else (pulse,))
     assert len(model.notes) == contradicted
+
+
+@pytest.mark.parametrize(
+    ("acts", "worse_by", "stays"),
+    [(1.0, 0.3, False), (1.0, -0.3, True), (0.1, 0.3, True), (0.1, 3.0, False), (0.1, -0.3, True)],
+)
+def test_what_hardly_acts_in_recordings_held_out_goes_only_if_they_are_surely_predicted_worse(
+    acts: float, worse_by: float, stays: bool
+) -> None:
+    """``worse_by`` standard errors, from one recording to another."""
+    frame = campaign(24)
+    folds = np.where(np.arange(24) % 3 == 0, -1, 0)
+    held = folds[frame.recording] < 0
+    size = 1e-6 * np.where(held, acts, 1.0)
+    # of each recording held out what is left without it, in units of what it adds: half is as good with as without
+    scatter = np.linspace(-1.0, 1.0, int(np.sum(folds < 0)))
+    error = float(np.std(scatter, ddof=1) / np.sqrt(scatter.size))
+    left = np.zeros(24)
+    left[folds < 0] = 0.5 + 0.5 * (scatter - worse_by * error)
+    model = SimpleNamespace(
+        rows=SimpleNamespace(frame=frame, number=frame.count, size=frame.size),
+        inside=np.ones(frame.size, dtype=bool),
+        folds=folds,
+        without_offset=left[frame.recording] * size,
+    )
+
+    def added(part: Frame) -> FloatArray:
+        return np.array([size[np.flatnonzero(frame.time == t)[0]] for t in part.time])
+
+    before = SimpleNamespace(evaluate=lambda part: np.zeros(part.size))
+    after = SimpleNamespace(evaluate=added)
+    assert borne_out(cast("Any", model), cast("Any", before), cast("Any", after), False) is stays
