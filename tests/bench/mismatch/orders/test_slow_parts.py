@@ -135,7 +135,7 @@ def predicted(model: TransmissionModel) -> FloatArray:
 def told(own: Campaign, model: TransmissionModel) -> ChannelOutcome:
     """What a report would say."""
     held_out = set(np.flatnonzero(own.folds < 0).tolist())
-    data = SimpleNamespace(gearbox=Gearbox(RATIO), held_out=lambda: held_out, auxiliary_units={})
+    data = SimpleNamespace(gearbox=Gearbox(RATIO), held_out=lambda: held_out, auxiliary_units={}, linear=False)
     return of_transmission(model, cast("Any", data), 0, False)
 
 
