@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 
 import numpy as np
 
@@ -12,23 +11,18 @@ from bench.mismatch import criteria
 from bench.mismatch.discovery import ChannelOutcome, Discovery
 from bench.mismatch.given import LOAD_SIDE, SENSOR, Given, Known
 from bench.mismatch.memory import give_back
-from bench.mismatch.orders import model as orders
-from bench.mismatch.orders.misread import ENCODER, torque_check
+from bench.mismatch.orders.misread import ENCODER
 from bench.mismatch.orders.model import TransmissionModel
-from bench.mismatch.orders.of_motor import multiples
 from bench.mismatch.orders.reaction import Reaction, reaction_of
 from bench.mismatch.orders.revolutions import found_in
-from bench.mismatch.orders.shaft import PHASES
 from bench.mismatch.orders.shaken import inertia_from_orders, inertia_of, without_shaking
-from bench.mismatch.orders.sight import known_orders
 from bench.mismatch.orders.torques import torque_discoveries
-from bench.mismatch.outcomes import of_search, of_transmission
+from bench.mismatch.outcomes import of_search
 from bench.mismatch.power_zeros import UNNAMED, Zeros
 from bench.mismatch.power_zeros import chosen as zeros_chosen
 from bench.mismatch.prediction import corrected
-from bench.mismatch.problems import base_of, capacity_of, periodicity_of, problem_of, usable, wandering_zero
+from bench.mismatch.problems import capacity_of, periodicity_of, problem_of, usable, wandering_zero
 from bench.mismatch.recordings.dataset import Dataset
-from bench.mismatch.recordings.read_again import runs_of
 from bench.mismatch.recordings.rows import HEAT_S, Rows
 from bench.mismatch.regression.bank import Fit
 from bench.mismatch.regression.candidates import ROTATING
@@ -41,17 +35,12 @@ from bench.mismatch.regression.regressors import UNKNOWN, Named
 from bench.mismatch.regression.search import searched
 from bench.mismatch.regression.slow_noise import of_a_row
 from bench.mismatch.regression.state import Search
-from bench.mismatch.unnamed.orders_of_tone import made_by_tone, tone_on_rows
-from bench.mismatch.unnamed.structure import examine, look_for_tone
-from bench.mismatch.unnamed.tones import Tone
+from bench.mismatch.transmission import Task, ask_for_tone
+from bench.mismatch.unnamed.structure import examine
 from bench.mismatch.who_reads_wrong import as_reported, mark, of_load_motor
-from bench.simulation import waves
 from bench.simulation.frame import FloatArray
 from bench.simulation.memory import campaign_lag, lag
 from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
-
-APART = 0.5
-"""orders by which one is another order"""
 
 Progress = Callable[[str, float], None]
 
@@ -134,14 +123,11 @@ def analyse(
             most = 1.0 / data.ratio if channel == MOTOR_TORQUE else None
             unnamed = nameless_load(out.searches[LOAD_TORQUE].model, most) if LOAD_TORQUE in out.searches else ()
         if channel == TRANSMISSION_ERROR:
-            transmission = partial(_transmission, data, given, rows, seed, (*banned, *in_angles), unnamed)
-            tone = _search_transmission(out, data, given, channels, transmission(None), formulas, seed)
-            if tone is not None:
-                _without_orders_of(out, data, given, channels, tone, transmission, formulas, seed)
-            assert out.transmission is not None
+            task = Task(data, given, rows, channels, (*banned, *in_angles), unnamed, formulas, seed)
+            out.transmission, out.outcomes[channel] = task.searched()
             assert out.transmission.offset is not None
             out.transmission.offset.close()
-            out.reaction = _reaction(out, data, given, seed) if _reacts(out, data, given, channels) else None
+            out.reaction = _reaction(out, data, given, seed) if task.reacts(out.transmission) else None
         else:
             reaction = out.reaction if channel == MOTOR_TORQUE else None
             if reaction is not None:
@@ -163,67 +149,8 @@ def analyse(
         give_back()
     if LOAD_TORQUE in out.outcomes:
         # the load's inertia makes its torque feel the orders, which are known only now
-        _ask_for_tone(out, data, out.outcomes[LOAD_TORQUE], seed)
+        ask_for_tone(out.outcomes[LOAD_TORQUE], data, out.transmission, seed)
     return out
-
-
-def _search_transmission(
-    out: Analysis,
-    data: Dataset,
-    given: Given,
-    channels: Sequence[str],
-    model: TransmissionModel,
-    formulas: bool,
-    seed: int,
-) -> Tone | None:
-    """The outcome of a ``model`` of the transmission error, with what is left of it; its tone, if there is one."""
-    out.transmission = model
-    if _reacts(out, data, given, channels):
-        _attribute_multiples(model, data, given, seed)
-    outcome = of_transmission(model, data, seed, formulas)
-    out.outcomes[TRANSMISSION_ERROR] = outcome
-    assert model.offset is not None
-    examine(outcome, model.offset, data.density.get(TRANSMISSION_ERROR, ()), seed)
-    return _ask_for_tone(out, data, outcome, seed)
-
-
-def _without_orders_of(
-    out: Analysis,
-    data: Dataset,
-    given: Given,
-    channels: Sequence[str],
-    tone: Tone,
-    transmission: Callable[[FloatArray | None], TransmissionModel],
-    formulas: bool,
-    seed: int,
-) -> None:
-    """Search the ``transmission`` error again with a ``tone`` taken off, where it may have made some of the orders."""
-    model = out.transmission
-    assert model is not None
-    doubtful = made_by_tone(model, tone)
-    if not doubtful:
-        return
-    taken = tone_on_rows(model, tone, doubtful)
-    assert model.offset is not None
-    model.offset.close()
-    _search_transmission(out, data, given, channels, transmission(taken), formulas, seed)
-    held = set(_orders_of(out))
-    gone = [f for f in doubtful if min((abs(f - g) for g in held), default=np.inf) > APART]
-    if gone:
-        out.outcomes[TRANSMISSION_ERROR].notes.append(
-            f"no order at {', '.join(f'{f:g}' for f in gone)}: what acted there was the tone of"
-            f" {tone.frequency:.3g} Hz, with which it is gone"
-        )
-
-
-def _ask_for_tone(out: Analysis, data: Dataset, outcome: ChannelOutcome, seed: int) -> Tone | None:
-    """Ask for a tone in a channel; the tone, if there is one. The gearbox's orders are felt in the torques as well,
-    most of all those that a mode makes large.
-    """
-    channel = outcome.channel
-    orders = () if channel == TEMPERATURE else _orders_of(out)
-    runs = partial(runs_of, data, channel)
-    return look_for_tone(outcome, data.density.get(channel, ()), seed, orders, data.unsteady.get(channel, ()), runs)
 
 
 def _beside_orders(out: Analysis, data: Dataset, given: Given, problem: ChannelProblem, seed: int) -> Search:
@@ -269,7 +196,7 @@ def _outcome_of(
         outcome.discoveries += found
     examine(outcome, search, data.density.get(channel, ()), seed)
     if channel != LOAD_TORQUE:
-        _ask_for_tone(out, data, outcome, seed)
+        ask_for_tone(outcome, data, out.transmission, seed)
     return outcome
 
 
@@ -340,28 +267,11 @@ def behind_of(model: ChannelModel) -> FloatArray | None:
     return out
 
 
-def _orders_of(out: Analysis) -> tuple[float, ...]:
-    """Orders that the transmission error is known to have; none where it is not compared."""
-    periodic = None if out.transmission is None else out.transmission.periodic
-    return () if periodic is None else (*periodic.series.orders, *(w.order for w in periodic.weak))
-
-
 def _misread(out: Analysis) -> frozenset[float]:
     """Orders of the transmission error that the motor's encoder misreads, wholly or in part."""
     outcome = out.outcomes.get(TRANSMISSION_ERROR)
     found = [] if outcome is None else outcome.discoveries
     return frozenset(f for d in found if d.effect == ENCODER for f in d.orders)
-
-
-def _reacts(out: Analysis, data: Dataset, given: Given, channels: Sequence[str]) -> bool:
-    """Whether the load's reaction through the transmission error can be looked for in the motor torque."""
-    simulated = {
-        MOTOR_TORQUE,
-        TRANSMISSION_ERROR,
-    } & data.simulated  # a simulation from elsewhere has a reaction of its own
-    off = CHANNELS[MOTOR_TORQUE].fixed in given.switched_off
-    found = out.transmission is not None and out.transmission.periodic is not None
-    return found and MOTOR_TORQUE in channels and not (data.linear or simulated or off)
 
 
 def _reaction(out: Analysis, data: Dataset, given: Given, seed: int) -> Reaction | None:
@@ -378,50 +288,6 @@ def _reaction(out: Analysis, data: Dataset, given: Given, seed: int) -> Reaction
         pulses=(*acting.pulses, *given.pulses),
     )
     return reaction_of(acting, whole.rows.frame, whole.inside, data.folds() >= 0, given.reaction, seed)
-
-
-def _attribute_multiples(model: TransmissionModel, data: Dataset, given: Given, seed: int) -> None:
-    """Decide by the motor torque whose the multiples of the ratio are that were found in the transmission error."""
-    ratio, seen, periodic = float(data.gearbox.ratio or 1.0), model.seen, model.periodic
-    assert periodic is not None
-    # an order of which the simulation has waves or ripple is not seen as a whole
-    part = {round(w.order, 6) for w in (*given.acting_waves, *given.misread_waves, *given.ripples)}
-    candidates = [] if seen is None else [f for f in seen.orders if f not in known_orders(model) and f not in part]
-    orders = [f for f in multiples(candidates, ratio) if round(f / ratio) % PHASES]
-    if seen is None or not orders:
-        return
-    others = periodic.less({*orders, *given.misread})
-    folds = data.folds()
-    reaction = reaction_of(others, model.rows.frame, model.inside, folds >= 0, 0.0, seed)
-    if reaction is None or reaction.std is None:
-        return
-    fitted = frozenset(np.flatnonzero(folds >= 0).tolist())
-    model.torque_check = torque_check(
-        seen, model.revolutions, fitted, data.shaft, ratio, (reaction.share, reaction.std), orders
-    )
-
-
-def _transmission(
-    data: Dataset,
-    given: Given,
-    rows: Rows,
-    seed: int,
-    banned: Sequence[str],
-    unnamed: Sequence[BaseTerm],
-    tone: FloatArray | None,
-) -> TransmissionModel:
-    """The model of the transmission error of some ``rows``, whose orders are looked for with a ``tone`` taken off."""
-    taken = np.zeros(rows.size)
-    given_waves = given.waves.get(TRANSMISSION_ERROR, ())
-    if given_waves:
-        taken = taken + waves.evaluate(given_waves, rows.frame.theta, rows.frame)
-    for pulse in given.pulses:
-        taken = taken + pulse.evaluate(rows.frame.theta)
-    base = [*base_of(given, TRANSMISSION_ERROR, rows), *unnamed]
-    series = orders.Given(given.orders, data.folder.notch, given.laws)
-    rows = replace(rows, y=rows.y - taken)
-    begun = orders.begun(rows, data.folds(), series, base, given.switched_off, banned)
-    return orders.analyse(replace(begun, tone=tone), seed)
 
 
 def _heat(out: Analysis, data: Dataset, given: Given, rows: Rows, seed: int, banned: Sequence[str]) -> Search:

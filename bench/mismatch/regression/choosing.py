@@ -195,12 +195,12 @@ def _with_another(search: Search, first: Chosen) -> float | None:
     at = replace(search, model=replace(model, chosen=chosen, fit=model.refitted(chosen)))
     seen = at.scan(chosen, at.model.fit)
     known = {c.effect for c in chosen}
-    tried: dict[object, float] = {}
+    tried: dict[tuple[str, ...], float] = {}
     for k in np.argsort(-seen.gain):
         if not np.isfinite(seen.gain[k]) or seen.gain[k] < seen.price or len(tried) == SHORT_LIST:
             break
         regressor = search.blocks[k].regressor
-        key = regressor.effect if regressor.effect != UNKNOWN else kinds(regressor)
+        key = _kind(regressor)
         if regressor.effect in known - {UNKNOWN} or key in tried:
             continue
         if orphaned(regressor, known, model.problem.lacking):

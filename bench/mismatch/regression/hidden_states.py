@@ -16,7 +16,7 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.regression.candidates import overlapping
-from bench.mismatch.regression.independent import much_is_left
+from bench.mismatch.regression.independent import beyond_floor, much_is_left
 from bench.mismatch.regression.model import ChannelModel, Chosen, left_by
 from bench.mismatch.regression.refuted import borne_out
 from bench.mismatch.regression.search import carried_over, searched
@@ -38,26 +38,29 @@ def with_states(search: Search, seed: int) -> Search:
     if model.noise.independent_rows is not None or overlapping(frame) or not _something_is_left(model):
         return search
     again = searched(replace(model.problem, states=True), seed)
-    reported = [borne_out(replace(one.model, notes=[])) for one in (again, search)]
-    if any(is_of_state(c.main.regressor) for c in reported[0]) and predicts_better(again, search, *reported):
+    told = _reported(again) if _has_state(again.model.chosen) else []
+    if _has_state(told) and predicts_better(again, search, told, _reported(search)):
         search.close()
         return again
     again.close()
     return search
 
 
+def _has_state(chosen: Sequence[Chosen]) -> bool:
+    return any(is_of_state(c.main.regressor) for c in chosen)
+
+
+def _reported(search: Search) -> list[Chosen]:
+    """Effects of a search that recordings held out bear out; its notes stay as they are."""
+    return borne_out(replace(search.model, notes=[]))
+
+
 def _something_is_left(model: ChannelModel) -> bool:
     """Whether a model has a function without a name, or leaves more of the fitted rows than noise: as they are
-    weighted, recordings' offsets with them, or by what is known of the noise of a sample. What an integral leaves grows
-    by itself.
+    weighted, recordings' offsets with them, or by what is known of the noise of a sample.
     """
-    if model.nameless or much_is_left(model):
-        return True
-    problem = model.problem
-    if problem.spec.integral or model.floor <= 0.0:
-        return False
-    left = float(np.average(left_by(model) ** 2, weights=problem.rows.number[problem.train]))
-    return left > (criteria.MORE_THAN_NOISE**2 - 1.0) * model.floor**2
+    number = model.problem.rows.number[model.problem.train]
+    return bool(model.nameless) or much_is_left(model) or beyond_floor(model, left_by(model), number)
 
 
 def predicts_better(one: Search, other: Search, chosen: Sequence[Chosen], beside: Sequence[Chosen]) -> bool:

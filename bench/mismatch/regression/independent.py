@@ -12,6 +12,7 @@ from bench.mismatch.regression.heredity import without
 from bench.mismatch.regression.model import ChannelModel, Chosen, unrefined
 from bench.mismatch.regression.regressors import Regressor, kinds
 from bench.mismatch.regression.state import Search
+from bench.simulation.frame import FloatArray
 from bench.simulation.quantities import STATES
 
 KINDS: dict[str, frozenset[str]] = {
@@ -54,6 +55,16 @@ def beyond_noise(model: ChannelModel, chosen: Sequence[Chosen], fitted: Fit) -> 
 def much_is_left(model: ChannelModel) -> bool:
     """Whether a model leaves more of its rows than noise usually is."""
     return beyond_noise(model, model.chosen, model.fit) > criteria.MORE_THAN_NOISE**2 - 1.0
+
+
+def beyond_floor(model: ChannelModel, left: FloatArray, number: FloatArray) -> bool:
+    """Whether what is ``left`` of rows (n,) of ``number`` samples each is more than noise usually is, by what is known
+    of the noise of a sample.
+    """
+    return (
+        model.floor > 0.0
+        and float(np.average(left**2, weights=number)) > (criteria.MORE_THAN_NOISE**2 - 1.0) * model.floor**2
+    )
 
 
 def independent(search: Search, chosen: Sequence[Chosen], one: Chosen) -> bool:

@@ -16,6 +16,7 @@ from bench.mismatch.regression.candidates import PATH
 from bench.mismatch.regression.excess import levelled
 from bench.mismatch.regression.folds import carried, density, squares, weights
 from bench.mismatch.regression.heredity import without
+from bench.mismatch.regression.independent import beyond_floor
 from bench.mismatch.regression.model import Block, ChannelModel, Chosen, explained, fit_blocks, of_start
 from bench.mismatch.regression.noise import durations
 from bench.mismatch.regression.problem import NUISANCE, WanderingZero
@@ -155,7 +156,7 @@ def worse_with(model: ChannelModel, current: Sequence[Chosen], effect: Chosen) -
     if effect.effect != UNKNOWN and effect.nominal:
         return None
     others = without(current, effect, problem.lacking)
-    whole = [remaining(model, chosen) for chosen in (current, others)]
+    whole = [_left(model, chosen) for chosen in (current, others)]
     left = [one[held] for one in whole]
     number, recording = problem.rows.number[held], problem.rows.frame.recording[held]
     change = left[0] ** 2 - left[1] ** 2
@@ -209,13 +210,13 @@ def _much_is_left(model: ChannelModel, chosen: Sequence[Chosen]) -> bool:
     beside what stands for errors of sensors. What an integral leaves grows by itself.
     """
     problem = model.problem
-    if problem.spec.integral or model.floor <= 0.0:
+    if problem.spec.integral:
         return False
     without = replace(model, chosen=list(chosen), fit=model.refitted(chosen))
     held, frame = problem.held_out, problem.rows.frame
     number = problem.rows.number[held]
     left = levelled((problem.rows.y - explained(without))[held], frame.take(held), number)
-    return float(np.average(left**2, weights=number)) > (criteria.MORE_THAN_NOISE**2 - 1.0) * model.floor**2
+    return beyond_floor(model, left, number)
 
 
 def _better_within(left: Sequence[FloatArray], frame: Frame, number: FloatArray) -> bool:
@@ -244,7 +245,7 @@ def without_a_name(effect: Chosen) -> bool:
     return effect.effect == UNKNOWN and not of_auxiliary(effect.main.regressor)
 
 
-def remaining(model: ChannelModel, chosen: Sequence[Chosen]) -> FloatArray:
+def _left(model: ChannelModel, chosen: Sequence[Chosen]) -> FloatArray:
     """What some effects leave of each row (n,), without what the motor torque's own zero in each recording adds to the
     heat: it says nothing of them, and grows far above the noise.
     """

@@ -102,12 +102,6 @@ LINEAR: dict[str, Variable] = {
 """quantities of a linear axis that are drawn in other units"""
 
 
-def _state(name: str) -> Variable:
-    """A state that is not recorded, and follows what was driven before."""
-    label = f"{QUANTITIES[name].label} / {QUANTITIES[name].unit}"
-    return Variable("", label, lambda f: quantity(name, f), words="depending on the motion and load before")
-
-
 def variable(name: str, linear: bool = False) -> Variable:
     """A quantity by its name, ``linear`` of an axis in metres; one of no special kind belongs to no range.
 
@@ -116,11 +110,10 @@ def variable(name: str, linear: bool = False) -> Variable:
     known = LINEAR.get(name) if linear else None
     if known is None and name in VARIABLES:
         known = VARIABLES[name]
-    if known is None and state_of(name) is not None:
-        known = _state(name)
     if known is None:
         label = f"{QUANTITIES[name].label} / {QUANTITIES[name].unit}" if name in QUANTITIES else name
-        known = Variable("", label, lambda f: quantity(name, f))
+        words = "depending on the motion and load before" if state_of(name) is not None else ""
+        known = Variable("", label, lambda f: quantity(name, f), words=words)
     return replace(known, axis=in_metres(known.axis)) if linear else known
 
 

@@ -99,14 +99,13 @@ def look_for_tone(
     found = tone(densities, seed, orders, unsteady)
     if found is None:
         return None
-    told = False
     matters = _matters(found, outcome)
-    if matters and found.p_value < criteria.ERROR_RATE_OF_A_CHANNEL:
+    told = matters and found.p_value < criteria.ERROR_RATE_OF_A_CHANNEL
+    if told:
         sharper = frequency_of(runs(found.heard[:MOST_RECORDINGS]), found.frequency)
         if sharper is not None:
             found = replace(found, frequency=sharper.value, frequency_std=sharper.std)
         outcome.discoveries.append(_of_tone(found, outcome))
-        told = True
     look = Look(f"clearest tone (p {found.p_value:.2g})", found.p_value, found.p_value if matters else 1.0)
     outcome.structure = Structure.of({**outcome.structure.looks, TONE: look})
     return found if told else None

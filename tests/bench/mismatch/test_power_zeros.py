@@ -281,7 +281,7 @@ def test_a_recordings_own_zero_speaks_against_no_effect() -> None:
     held = replace(plain, folds=np.where(np.arange(RECORDINGS_MADE) == 3, -1, plain.folds))
     term = BaseTerm(WanderingZero(), zero_precisions(rows.frame, None, capacity=CAPACITY))
     without, beside = (
-        refuted.remaining(begun(replace(held, base=base)).model, [])[own] for base in (held.base, (*held.base, term))
+        refuted._left(begun(replace(held, base=base)).model, [])[own] for base in (held.base, (*held.base, term))
     )
     assert np.std(without) > 0.8 * np.std(warmed[own])
     # what is no heat of a zero stays

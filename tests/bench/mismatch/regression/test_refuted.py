@@ -109,7 +109,7 @@ def test_a_function_is_asked_again_without_the_one_that_made_up_for_it(monkeypat
     def remaining(_model: object, chosen: list[Chosen]) -> FloatArray:
         return np.full(frame.size, np.sqrt(1.1 if chosen == [second] else left[len(chosen)]))
 
-    monkeypatch.setattr(refuted, "remaining", remaining)
+    monkeypatch.setattr(refuted, "_left", remaining)
     assert borne_out(model) == []
     assert len(model.notes) == 2
 
@@ -141,9 +141,9 @@ def test_a_function_that_predicts_no_better_is_not_told(monkeypatch: pytest.Monk
     def remaining(better: float) -> object:
         return lambda _model, chosen: 1.0 + (0.1 * sign - better if chosen else np.zeros(frame.size))
 
-    monkeypatch.setattr(refuted, "remaining", remaining(0.0))
+    monkeypatch.setattr(refuted, "_left", remaining(0.0))
     assert borne_out(model) == []
-    monkeypatch.setattr(refuted, "remaining", remaining(0.02))
+    monkeypatch.setattr(refuted, "_left", remaining(0.02))
     assert borne_out(model) == [one]
 
 
@@ -163,7 +163,7 @@ def test_a_function_that_predicts_better_stays_where_more_than_noise_is_left(
     def remaining(_model: object, chosen: list[Chosen]) -> FloatArray:
         return np.asarray(1.0 + (sign - 0.0052 if chosen else np.zeros(frame.size)))
 
-    monkeypatch.setattr(refuted, "remaining", remaining)
+    monkeypatch.setattr(refuted, "_left", remaining)
     assert borne_out(model) == ([one] if stays else [])
 
 
@@ -176,9 +176,9 @@ def test_a_function_that_predicts_worse_is_not_told_however_little_it_is(monkeyp
     def remaining(better: float) -> object:
         return lambda _model, chosen: 1.0 + (0.01 * sign - better if chosen else np.zeros(frame.size))
 
-    monkeypatch.setattr(refuted, "remaining", remaining(-0.001))
+    monkeypatch.setattr(refuted, "_left", remaining(-0.001))
     assert borne_out(model) == []
-    monkeypatch.setattr(refuted, "remaining", remaining(0.001))
+    monkeypatch.setattr(refuted, "_left", remaining(0.001))
     assert borne_out(model) == [one]
 
 
@@ -217,7 +217,7 @@ def test_a_function_of_a_foreign_quantity_may_be_worse_by_chance(
     def remaining(_model: object, chosen: list[Chosen]) -> FloatArray:
         return np.asarray(1.0 + (0.01 * sign + worse if chosen else 0.0 * sign))
 
-    monkeypatch.setattr(refuted, "remaining", remaining)
+    monkeypatch.setattr(refuted, "_left", remaining)
     assert (worse_with(model, [one], one) is not None) is refuted_
     assert (worse_with(own, [table], table) is not None) is (worse > 0.0)
 
@@ -319,7 +319,7 @@ def test_a_name_goes_where_recordings_held_out_are_predicted_worse(
     def remaining(_model: object, chosen: list[Chosen]) -> FloatArray:
         return 2.0 + (0.05 * sign + worse if churn in chosen else 0.0 * sign) - (1.0 if table in chosen else 0.0)
 
-    monkeypatch.setattr(refuted, "remaining", remaining)
+    monkeypatch.setattr(refuted, "_left", remaining)
     assert (churn not in borne_out(model)) == bool(goes)
     assert len(model.notes) == goes
 
@@ -336,7 +336,7 @@ def test_levels_of_recordings_refute_no_name_that_predicts_better_within_them(
     def remaining(_model: object, chosen: list[Chosen]) -> FloatArray:
         return np.asarray(3.0 + (1.0 - within) * swing if chosen else 2.0 + swing)
 
-    monkeypatch.setattr(refuted, "remaining", remaining)
+    monkeypatch.setattr(refuted, "_left", remaining)
     assert borne_out(model) == ([churn] if stays else [])
 
 
@@ -352,7 +352,7 @@ def test_recordings_in_which_a_name_hardly_acts_say_nothing_of_it(
     def remaining(_model: object, chosen: list[Chosen]) -> FloatArray:
         return 2.0 + (added if churn in chosen else 0.0 * added)
 
-    monkeypatch.setattr(refuted, "remaining", remaining)
+    monkeypatch.setattr(refuted, "_left", remaining)
     monkeypatch.setattr(refuted, "_vague", lambda *_: False)
     assert (churn not in borne_out(model)) is (share == 1.0)
 

@@ -1,0 +1,143 @@
+"""The search of the transmission error: its model, what is left of it, and both again where a tone made some orders."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from bench.mismatch.discovery import ChannelOutcome
+from bench.mismatch.given import Given
+from bench.mismatch.orders import model as orders
+from bench.mismatch.orders.misread import torque_check
+from bench.mismatch.orders.model import TransmissionModel
+from bench.mismatch.orders.of_motor import multiples
+from bench.mismatch.orders.reaction import reaction_of
+from bench.mismatch.orders.shaft import PHASES
+from bench.mismatch.orders.sight import known_orders
+from bench.mismatch.outcomes import of_transmission
+from bench.mismatch.problems import base_of
+from bench.mismatch.recordings.dataset import Dataset
+from bench.mismatch.recordings.read_again import runs_of
+from bench.mismatch.recordings.rows import Rows
+from bench.mismatch.regression.problem import CHANNELS, BaseTerm
+from bench.mismatch.unnamed.orders_of_tone import made_by_tone, tone_on_rows
+from bench.mismatch.unnamed.structure import examine, look_for_tone
+from bench.mismatch.unnamed.tones import Tone
+from bench.simulation import waves
+from bench.simulation.frame import FloatArray
+from bench.simulation.terms import MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
+
+APART = 0.5
+"""orders by which one is another order"""
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """What is to be searched: the ``rows`` of the transmission error of a folder, of which some ``channels`` are
+    compared, for what the simulation ``given`` leaves out, but for effects that are ``banned``.
+
+    ``unnamed``: what the load torque has without a name; ``formulas``: whether one is looked for where something has no
+    name.
+    """
+
+    data: Dataset
+    given: Given
+    rows: Rows
+    channels: Sequence[str]
+    banned: Sequence[str]
+    unnamed: Sequence[BaseTerm]
+    formulas: bool
+    seed: int
+
+    def searched(self) -> tuple[TransmissionModel, ChannelOutcome]:
+        """The model and its outcome; a tone is taken off before orders are looked for, where it may have made some."""
+        model, outcome, tone = self._once(None)
+        doubtful = () if tone is None else made_by_tone(model, tone)
+        if tone is None or not doubtful:
+            return model, outcome
+        taken = tone_on_rows(model, tone, doubtful)
+        assert model.offset is not None
+        model.offset.close()
+        model, outcome, _ = self._once(taken)
+        held = orders_of(model)
+        gone = [f for f in doubtful if min((abs(f - g) for g in held), default=np.inf) > APART]
+        if gone:
+            outcome.notes.append(
+                f"no order at {', '.join(f'{f:g}' for f in gone)}: what acted there was the tone of"
+                f" {tone.frequency:.3g} Hz, with which it is gone"
+            )
+        return model, outcome
+
+    def reacts(self, model: TransmissionModel) -> bool:
+        """Whether the load's reaction through the transmission error can be looked for in the motor torque."""
+        data = self.data
+        # a simulation from elsewhere has a reaction of its own
+        simulated = {MOTOR_TORQUE, TRANSMISSION_ERROR} & data.simulated
+        off = CHANNELS[MOTOR_TORQUE].fixed in self.given.switched_off
+        return model.periodic is not None and MOTOR_TORQUE in self.channels and not (data.linear or simulated or off)
+
+    def _once(self, taken: FloatArray | None) -> tuple[TransmissionModel, ChannelOutcome, Tone | None]:
+        """The model whose orders are looked for with a tone ``taken`` off the rows (n,), its outcome with what is left
+        of it, and the tone that is heard there.
+        """
+        model = self._model(taken)
+        if self.reacts(model):
+            self._attribute_multiples(model)
+        outcome = of_transmission(model, self.data, self.seed, self.formulas)
+        assert model.offset is not None
+        examine(outcome, model.offset, self.data.density.get(TRANSMISSION_ERROR, ()), self.seed)
+        return model, outcome, ask_for_tone(outcome, self.data, model, self.seed)
+
+    def _model(self, tone: FloatArray | None) -> TransmissionModel:
+        data, given, rows = self.data, self.given, self.rows
+        taken = np.zeros(rows.size)
+        given_waves = given.waves.get(TRANSMISSION_ERROR, ())
+        if given_waves:
+            taken = taken + waves.evaluate(given_waves, rows.frame.theta, rows.frame)
+        for pulse in given.pulses:
+            taken = taken + pulse.evaluate(rows.frame.theta)
+        base = [*base_of(given, TRANSMISSION_ERROR, rows), *self.unnamed]
+        series = orders.Given(given.orders, data.folder.notch, given.laws)
+        rows = replace(rows, y=rows.y - taken)
+        begun = orders.begun(rows, data.folds(), series, base, given.switched_off, self.banned)
+        return orders.analyse(replace(begun, tone=tone), self.seed)
+
+    def _attribute_multiples(self, model: TransmissionModel) -> None:
+        """Decide by the motor torque whose the multiples of the ratio are that were found in the transmission error."""
+        data, given = self.data, self.given
+        ratio, seen, periodic = float(data.gearbox.ratio or 1.0), model.seen, model.periodic
+        assert periodic is not None
+        # an order of which the simulation has waves or ripple is not seen as a whole
+        part = {round(w.order, 6) for w in (*given.acting_waves, *given.misread_waves, *given.ripples)}
+        candidates = [] if seen is None else [f for f in seen.orders if f not in known_orders(model) and f not in part]
+        found = [f for f in multiples(candidates, ratio) if round(f / ratio) % PHASES]
+        if seen is None or not found:
+            return
+        others = periodic.less({*found, *given.misread})
+        folds = data.folds()
+        reaction = reaction_of(others, model.rows.frame, model.inside, folds >= 0, 0.0, self.seed)
+        if reaction is None or reaction.std is None:
+            return
+        fitted = frozenset(np.flatnonzero(folds >= 0).tolist())
+        model.torque_check = torque_check(
+            seen, model.revolutions, fitted, data.shaft, ratio, (reaction.share, reaction.std), found
+        )
+
+
+def orders_of(model: TransmissionModel | None) -> tuple[float, ...]:
+    """Orders that the transmission error is known to have; none where it is not compared."""
+    periodic = None if model is None else model.periodic
+    return () if periodic is None else (*periodic.series.orders, *(w.order for w in periodic.weak))
+
+
+def ask_for_tone(outcome: ChannelOutcome, data: Dataset, model: TransmissionModel | None, seed: int) -> Tone | None:
+    """Ask for a tone in a channel; the tone, if there is one. The gearbox's orders, of which the ``model`` of the
+    transmission error knows, are felt in the torques as well, most of all those that a mode makes large.
+    """
+    channel = outcome.channel
+    known = () if channel == TEMPERATURE else orders_of(model)
+    runs = partial(runs_of, data, channel)
+    return look_for_tone(outcome, data.density.get(channel, ()), seed, known, data.unsteady.get(channel, ()), runs)

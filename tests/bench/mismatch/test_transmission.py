@@ -1,0 +1,53 @@
+"""The transmission error is searched again where a tone may have made orders, and only there."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+import pytest
+
+from bench.mismatch import transmission
+from bench.mismatch.transmission import Task
+
+TAKEN = object()
+
+
+def searched(
+    monkeypatch: pytest.MonkeyPatch, heard: bool, doubtful: tuple[float, ...], left: tuple[float, ...]
+) -> tuple[list[Any], list[str]]:
+    """What is taken off in each search of orders 7, 250, 252, of which a second one has those ``left``; its notes."""
+    taken: list[Any] = []
+
+    def once(_task: Task, tone: Any) -> tuple[Any, Any, Any]:
+        taken.append(tone)
+        orders = (7.0, 250.0, 252.0) if tone is None else left
+        periodic = SimpleNamespace(series=SimpleNamespace(orders=orders), weak=())
+        model = SimpleNamespace(periodic=periodic, offset=SimpleNamespace(close=lambda: None))
+        return model, SimpleNamespace(notes=[]), SimpleNamespace(frequency=2.91) if heard else None
+
+    monkeypatch.setattr(Task, "_once", once)
+    monkeypatch.setattr(transmission, "made_by_tone", lambda *_: doubtful)
+    monkeypatch.setattr(transmission, "tone_on_rows", lambda *_: TAKEN)
+    nothing = cast("Any", None)
+    _, outcome = Task(nothing, nothing, nothing, (), (), (), True, 0).searched()
+    return taken, outcome.notes
+
+
+def test_orders_that_are_gone_without_the_tone_are_noted(monkeypatch: pytest.MonkeyPatch) -> None:
+    taken, notes = searched(monkeypatch, True, (250.0, 252.0), (7.0, 251.9))
+    assert taken == [None, TAKEN]
+    assert notes == ["no order at 250: what acted there was the tone of 2.91 Hz, with which it is gone"]
+
+
+def test_orders_that_stay_are_no_tones(monkeypatch: pytest.MonkeyPatch) -> None:
+    taken, notes = searched(monkeypatch, True, (250.0,), (7.0, 250.0, 252.0))
+    assert taken == [None, TAKEN]
+    assert notes == []
+
+
+@pytest.mark.parametrize(("heard", "doubtful"), [(False, (250.0,)), (True, ())])
+def test_without_a_tone_that_may_have_made_orders_nothing_is_searched_twice(
+    monkeypatch: pytest.MonkeyPatch, heard: bool, doubtful: tuple[float, ...]
+) -> None:
+    assert searched(monkeypatch, heard, doubtful, ()) == ([None], [])
