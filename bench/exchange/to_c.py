@@ -75,6 +75,14 @@ static double integral(double *z, double dt, double x)
     return z[2];
 }
 
+static double limited_integral(double *z, double dt, double x, double limit)
+{
+    if (z[0] == 0.0) { z[0] = 1.0; z[1] = x; z[2] = 0.0; }
+    z[2] = fmin(fmax(z[2] + 0.5 * (x + z[1]) * dt, -limit), limit);
+    z[1] = x;
+    return z[2];
+}
+
 static double campaign_lag(double *z, double dt, double x, double constant)
 {
     if (z[0] == 0.0) { z[0] = 1.0; z[1] = x; z[2] = x; }

@@ -97,6 +97,13 @@ _FUNCTIONS = """
     y := {1, x, if z[1] > 0 then z[3] + 0.5*(x + z[2])*dt else 0};
   end integral;
 
+  function limited_integral
+    extends State;
+    input Real limit;
+  algorithm
+    y := {1, x, if z[1] > 0 then min(max(z[3] + 0.5*(x + z[2])*dt, -limit), limit) else 0};
+  end limited_integral;
+
   function campaign_lag
     extends State;
     input Real constant_s;

@@ -79,6 +79,14 @@ def _integral(s, dt, x):
     return s[1]
 
 
+def _limited_integral(s, dt, x, limit):
+    if not s:
+        s += [x, 0.0]
+    s[1] = min(max(s[1] + 0.5 * (x + s[0]) * dt, -limit), limit)
+    s[0] = x
+    return s[1]
+
+
 def _campaign_lag(s, dt, x, constant):
     if not s:
         s += [x, x]

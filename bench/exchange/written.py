@@ -32,7 +32,18 @@ from bench.simulation.terms import CHANNEL_UNITS, LIBRARY, LOAD_TORQUE, MOTOR_TO
 OUTPUT = "simulated_"
 """begins the name of a predicted channel, which may be an input as well"""
 START = "temperature_start"
-STATES = ("relaxing", "play", "lag", "integral", "campaign_lag", "held", "distance", "begun", "reversals")
+STATES = (
+    "relaxing",
+    "play",
+    "lag",
+    "integral",
+    "limited_integral",
+    "campaign_lag",
+    "held",
+    "distance",
+    "begun",
+    "reversals",
+)
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,14 +25,14 @@ from bench.mismatch.recordings.level import means_of_segments
 from bench.mismatch.recordings.motion import Manner
 from bench.mismatch.recordings.notch import notched, ripple_orders
 from bench.mismatch.recordings.prepared import Folder, Prepared, prepare
-from bench.mismatch.recordings.rows import Rows, join
+from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.recordings.source import of_one_campaign
 from bench.mismatch.regression.problem import CHANNELS, fixed_part, nominal_base
 from bench.mismatch.regression.regressors import Named, remembers
 from bench.mismatch.series_given import periodic_part, slope
 from bench.recording import Recording
 from bench.simulation import waves
-from bench.simulation.frame import FloatArray, Frame, concatenate, recording_starts
+from bench.simulation.frame import FloatArray, Frame, concatenate, gone_through, recording_starts
 from bench.simulation.model import Simulation
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
 
@@ -148,12 +148,14 @@ def evaluated(known: Known, frame: Frame, campaign: Frame | None) -> FloatArray:
     """What a regressor adds at the rows of a frame (n,); one that remembers runs through the ``campaign``.
 
     Rows average the noise of what drives a state; one that jumps with the motion's direction goes on from the rows
-    before a recording through the recording's samples.
+    before a recording through the recording's samples. Functions of states go through the rows aside as well.
     """
     assert known.coefficients is not None
     if campaign is None or not remembers(known.regressor):
         return np.asarray(known.regressor.columns(frame) @ known.coefficients)
-    jumps = isinstance(known.regressor, Named) and known.regressor.form.jumps
+    term = known.regressor if isinstance(known.regressor, Named) else None
+    campaign = gone_through(campaign) if term is None else campaign
+    jumps = term is not None and term.form.jumps
     values = np.zeros(0) if jumps else known.regressor.columns(campaign) @ known.coefficients
     starts = recording_starts(frame)
     out = np.zeros(frame.size)
@@ -291,7 +293,7 @@ def predictions_of(
             ready = prepare(part, number, folder, travelled[-1])
             travelled.append(float(ready.frame.travel[-1]))
             rows.add(ready, frozenset(CHANNELS), folder.manner)
-    joined = {channel: join(parts) for channel, parts in rows.rows.items()}
+    joined = {channel: rows.joined(channel) for channel in rows.rows}
     zeros = predictor.zeros(joined)
     campaign = {channel: part.frame for channel, part in joined.items()}
     if TEMPERATURE in campaign:

@@ -8,11 +8,12 @@ from functools import partial
 
 import numpy as np
 
+from bench.mismatch import criteria
 from bench.mismatch.discovery import ChannelOutcome
 from bench.mismatch.given import Given
 from bench.mismatch.orders import model as orders
 from bench.mismatch.orders.misread import torque_check
-from bench.mismatch.orders.model import TransmissionModel
+from bench.mismatch.orders.model import KnownOffset, TransmissionModel, misleading
 from bench.mismatch.orders.of_motor import multiples
 from bench.mismatch.orders.reaction import reaction_of
 from bench.mismatch.orders.shaft import PHASES
@@ -21,17 +22,21 @@ from bench.mismatch.outcomes import of_transmission
 from bench.mismatch.problems import base_of
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.read_again import runs_of
-from bench.mismatch.recordings.rows import Rows
+from bench.mismatch.recordings.rows import Rows, error_of_mean
 from bench.mismatch.regression.problem import CHANNELS, BaseTerm
 from bench.mismatch.unnamed.orders_of_tone import made_by_tone, tone_on_rows
 from bench.mismatch.unnamed.structure import examine, look_for_tone
 from bench.mismatch.unnamed.tones import Tone
 from bench.simulation import waves
-from bench.simulation.frame import FloatArray
+from bench.simulation.frame import FloatArray, IntArray
 from bench.simulation.terms import MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
 
 APART = 0.5
 """orders by which one is another order"""
+SETTLES = 0.5
+"""of the energy that an offset moved by inside revolutions in one turn, what it moves by in the next at most where
+orders and offset, found in turns, settle: a play that a torque crosses moved by a hundredth each time
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,15 +58,17 @@ class Task:
     seed: int
 
     def searched(self) -> tuple[TransmissionModel, ChannelOutcome]:
-        """The model and its outcome; a tone is taken off before orders are looked for, where it may have made some."""
-        model, outcome, tone = self._once(None)
+        """The model and its outcome. What the offset does inside revolutions, and a tone, are taken off before orders
+        are looked for, where they may have made some.
+        """
+        model, outcome, tone = self._beside_its_offset()
         doubtful = () if tone is None else made_by_tone(model, tone)
         if tone is None or not doubtful:
             return model, outcome
         taken = tone_on_rows(model, tone, doubtful)
         assert model.offset is not None
         model.offset.close()
-        model, outcome, _ = self._once(taken)
+        model, outcome, _ = self._once(taken, model.known)
         held = orders_of(model)
         gone = [f for f in doubtful if min((abs(f - g) for g in held), default=np.inf) > APART]
         if gone:
@@ -79,11 +86,30 @@ class Task:
         off = CHANNELS[MOTOR_TORQUE].fixed in self.given.switched_off
         return model.periodic is not None and MOTOR_TORQUE in self.channels and not (data.linear or simulated or off)
 
-    def _once(self, taken: FloatArray | None) -> tuple[TransmissionModel, ChannelOutcome, Tone | None]:
-        """The model whose orders are looked for with a tone ``taken`` off the rows (n,), its outcome with what is left
-        of it, and the tone that is heard there.
+    def _beside_its_offset(self) -> tuple[TransmissionModel, ChannelOutcome, Tone | None]:
+        """The model, its outcome and the tone that is heard in what it leaves: of a further search that knows the
+        offset of the one before, where that may have misled the orders and less is left with the further one. It is
+        made once, and once more if it was the first to find states.
         """
-        model = self._model(taken)
+        best, states = self._once(), False
+        while True:
+            known = misleading(best[0])
+            if known is None or (best[0].known is not None and known.states == states):
+                return best
+            assert best[0].offset is not None
+            best[0].offset.close()
+            again = self._once(known=known)
+            if not _leaves_less(again[1], best[1]):
+                return best
+            best, states = again, known.states
+
+    def _once(
+        self, taken: FloatArray | None = None, known: KnownOffset | None = None
+    ) -> tuple[TransmissionModel, ChannelOutcome, Tone | None]:
+        """The model whose orders are looked for with a tone ``taken`` off the rows (n,), and the offset that is
+        ``known``; its outcome with what is left of it, and the tone that is heard there.
+        """
+        model = self._model(taken, known)
         if self.reacts(model):
             self._attribute_multiples(model)
         outcome = of_transmission(model, self.data, self.seed, self.formulas)
@@ -91,7 +117,7 @@ class Task:
         examine(outcome, model.offset, self.data.density.get(TRANSMISSION_ERROR, ()), self.seed)
         return model, outcome, ask_for_tone(outcome, self.data, model, self.seed)
 
-    def _model(self, tone: FloatArray | None) -> TransmissionModel:
+    def _model(self, tone: FloatArray | None, known: KnownOffset | None) -> TransmissionModel:
         data, given, rows = self.data, self.given, self.rows
         taken = np.zeros(rows.size)
         given_waves = given.waves.get(TRANSMISSION_ERROR, ())
@@ -103,7 +129,15 @@ class Task:
         series = orders.Given(given.orders, data.folder.notch, given.laws)
         rows = replace(rows, y=rows.y - taken)
         begun = orders.begun(rows, data.folds(), series, base, given.switched_off, self.banned)
-        return orders.analyse(replace(begun, tone=tone), self.seed)
+        model = orders.analyse(replace(begun, tone=tone, known=known), self.seed)
+        while known is not None:
+            before, known = known, misleading(model)
+            if known is None or known.moved > SETTLES * before.moved:
+                break
+            assert model.offset is not None
+            model.offset.close()
+            model = orders.analyse(replace(begun, tone=tone, known=known), self.seed)
+        return model
 
     def _attribute_multiples(self, model: TransmissionModel) -> None:
         """Decide by the motor torque whose the multiples of the ratio are that were found in the transmission error."""
@@ -125,6 +159,27 @@ class Task:
         model.torque_check = torque_check(
             seen, model.revolutions, fitted, data.shaft, ratio, (reaction.share, reaction.std), found
         )
+
+
+def _leaves_less(one: ChannelOutcome, other: ChannelOutcome) -> bool:
+    """Whether ``one`` of two outcomes of the same rows leaves less of the fitted ones, recordings' means apart, and of
+    those held out no more by more than the standard error from one recording to another.
+    """
+    rows, held = one.rows, one.held_out
+    number = np.where(one.usable & ~held, rows.number, 0.0)
+    recording = rows.frame.recording
+    gained = np.array([number @ _about_means(out.left, recording, number) ** 2 for out in (other, one)])
+    if gained[1] >= gained[0]:
+        return False
+    better = (other.left**2 - one.left**2)[held]
+    error = error_of_mean(better, recording[held], rows.number[held])
+    return error is None or float(np.average(better, weights=rows.number[held])) > -criteria.ONE_ERROR * error
+
+
+def _about_means(values: FloatArray, recording: IntArray, number: FloatArray) -> FloatArray:
+    """Values (n,) of rows of ``number`` samples less the mean of each recording."""
+    mean = np.bincount(recording, number * values) / np.maximum(np.bincount(recording, number), 1e-300)
+    return np.asarray(values - mean[recording])
 
 
 def orders_of(model: TransmissionModel | None) -> tuple[float, ...]:

@@ -90,6 +90,8 @@ class Frame:
     """quantities that are no channel of the bench, by name"""
     memory: Memory | None = None
     """states in which terms go on from the frame before; None: they begin in its first row"""
+    aside: Frame | None = None
+    """rows of further recordings, in which nothing is compared: states that are not recorded go on through them"""
 
     @property
     def size(self) -> int:
@@ -107,7 +109,7 @@ class Frame:
         return replace(self, aux={name: values[rows] for name, values in self.aux.items()}, **taken)
 
 
-ARRAYS = tuple(f.name for f in fields(Frame) if f.name not in ("ratio", "aux", "memory"))
+ARRAYS = tuple(f.name for f in fields(Frame) if f.name not in ("ratio", "aux", "memory", "aside"))
 
 
 def concatenate(frames: Sequence[Frame]) -> Frame:
@@ -115,6 +117,14 @@ def concatenate(frames: Sequence[Frame]) -> Frame:
     joined: dict[str, Any] = {name: np.concatenate([getattr(f, name) for f in frames]) for name in ARRAYS}
     names = [name for name in frames[0].aux if all(name in f.aux for f in frames)]
     return replace(frames[0], aux={name: np.concatenate([f.aux[name] for f in frames]) for name in names}, **joined)
+
+
+def gone_through(frame: Frame) -> Frame:
+    """A frame with the rows that lie aside of it, in the order of the recordings."""
+    if frame.aside is None:
+        return frame
+    both = concatenate([replace(frame, aside=None), frame.aside])
+    return both.take(np.argsort(both.recording, kind="stable"))
 
 
 def recording_starts(frame: Frame) -> IntArray:

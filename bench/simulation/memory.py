@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, Literal
 
 import numba
 import numpy as np
 
 from bench.simulation.frame import FloatArray, Frame, recording_starts
-from bench.simulation.states import lag_along, play_along, relax, relax_along
+from bench.simulation.states import lag_along, limited_along, play_along, relax, relax_along
 
 Between = Literal["fresh", "kept", "released"]
 """what a state does between recordings: begins at 0 in each; stays; or follows the input to 0 and on from there"""
@@ -22,6 +24,8 @@ RATES_IN_MOTION = (0.1, 0.5, 2.5)
 """1/rad at which a loop forgets where its input wavers with the angle: as much as it turns by over its width, so a
 torque of order 100 with an amplitude of a six-hundredth to a twenty-fifth of the loop's width
 """
+_CLOCK = ("recording", "time", "elapsed", "step")
+"""what states need of a frame beside what drives them"""
 _CODES: dict[Between, int] = {"fresh": 0, "kept": 1, "released": 2}
 
 
@@ -116,6 +120,41 @@ def taken_along(x: FloatArray, frame: Frame, reach: float) -> FloatArray:
     else:
         since = x - x[:1]
     return since - play(since, frame, reach, "kept")
+
+
+def limited_integral(x: FloatArray, frame: Frame, limit: float) -> FloatArray:
+    """Time integral of x that stops at ``limit`` to either side (trapezoids), in the unit of x times s.
+
+    It goes on between recordings, over which x counts as 0, and the campaign begins at 0.
+    """
+    if not isinstance(x, np.ndarray):
+        return x.remembered("limited_integral", limit)
+    if frame.memory is not None:
+        return frame.memory.limited_integral(np.ascontiguousarray(x), frame.step, limit)
+    # rows of unequal length are as far apart as their middles; before its first a recording is as it is there
+    apart = np.diff(frame.time, prepend=frame.time[:1])
+    mean = 0.5 * (x + np.concatenate((x[:1], x[:-1])))
+    starts = recording_starts(frame)[:-1]
+    apart[starts], mean[starts] = frame.elapsed[starts], x[starts]
+    out = np.empty(x.size)
+    limited_along(mean * apart, out, 0.0, limit)
+    return out
+
+
+def through(
+    driving: Callable[[Frame], FloatArray], frame: Frame, state: Callable[[FloatArray, Frame], FloatArray]
+) -> FloatArray:
+    """A state that a ``driving`` quantity moves, at the rows of a frame (n,); it goes on through rows aside of them."""
+    x, aside = driving(frame), frame.aside
+    if aside is None:
+        return state(x, frame)
+    order = np.argsort(np.concatenate((frame.recording, aside.recording)), kind="stable")
+    clock: dict[str, Any] = {
+        name: np.concatenate((getattr(frame, name), getattr(aside, name)))[order] for name in _CLOCK
+    }
+    out = np.empty(order.size)
+    out[order] = state(np.concatenate((x, driving(aside)))[order], replace(frame, aside=None, **clock))
+    return out[: frame.size]
 
 
 def lag(x: FloatArray, frame: Frame, constant: float) -> FloatArray:

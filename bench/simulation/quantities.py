@@ -5,13 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from bench.errors import ConfigurationError
 from bench.simulation.composed import composed
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.memory import campaign_lag, taken_along
+from bench.simulation.memory import campaign_lag, limited_integral, taken_along, through
 
 AUXILIARY = "aux/"
 """begins the name of a quantity that is no channel of the bench"""
@@ -35,6 +36,10 @@ constant is nearly one of the next; below lies what a recording's rows hardly sh
 """
 STATE_REACHES = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
 """rad at the output: how far something is taken along before it slips, up to most of a revolution"""
+STATE_IMPULSES = (100.0, 250.0, 600.0, 1500.0, 4000.0, 10000.0, 25000.0)
+"""N·m·s: time integral of the load torque that moves something from one stop to the other end of its way, by half: a
+load of some hundred N·m crosses it in less than a second, or in more than a minute
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,46 +62,81 @@ def _above_last(words: str, seconds: float) -> Quantity:
 
 def _recent(words: str, unit: str, values: Callable[[Frame], FloatArray], seconds: float) -> Quantity:
     """What was driven, as a state that follows it with a time constant remembers it."""
-    return Quantity(f"{words}, lagged by {seconds:g} s", unit, lambda f: campaign_lag(values(f), f, seconds))
+    lagged = partial(campaign_lag, constant=seconds)
+    return Quantity(f"{words}, lagged by {seconds:g} s", unit, lambda f: through(values, f, lagged))
 
 
 def _taken_along(reach: float) -> Quantity:
     """How far something is wound up that the output takes along until it slips."""
-    return Quantity(f"angle taken along by up to {reach:g} rad", "rad", lambda f: taken_along(f.q, f, reach))
+    wound = partial(taken_along, reach=reach)
+    return Quantity(f"angle taken along by up to {reach:g} rad", "rad", lambda f: through(_angle, f, wound))
+
+
+def _impulse(limit: float) -> Quantity:
+    """How far something has come that the load torque moves through a viscous film, between two stops."""
+    come = partial(limited_integral, limit=limit)
+    words = f"impulse of the load torque between stops at {limit:g} N*m*s"
+    return Quantity(words, "N*m*s", lambda f: through(_load, f, come))
+
+
+def _angle(frame: Frame) -> FloatArray:
+    return frame.q
+
+
+def _load(frame: Frame) -> FloatArray:
+    return frame.torque_level
 
 
 _DRIVEN: dict[str, tuple[str, str, Callable[[Frame], FloatArray]]] = {
     "recent_speed": ("speed", "rad/s", lambda f: np.abs(f.velocity)),
     "recent_load": ("square of the load torque", "kN^2*m^2", lambda f: (f.torque_level / 1000.0) ** 2),
-    "recent_torque": ("load torque", "N*m", lambda f: f.torque_level),
+    "recent_torque": ("load torque", "N*m", _load),
     "recent_loss": ("loss", "W", lambda f: f.power),
     "recent_load_motor": ("load motor's torque", "N*m", lambda f: f.load_motor_level),
 }
-_TAKEN_ALONG = "taken_along"
-STATES = frozenset({*_DRIVEN, _TAKEN_ALONG})
+
+
+@dataclass(frozen=True, slots=True)
+class _Kind:
+    """A kind of states: the quantity at a scale, ``scales`` of the candidates, and how names have them: in a ``unit``,
+    so many ``per`` SI unit.
+    """
+
+    made: Callable[[float], Quantity]
+    scales: tuple[float, ...]
+    unit: str = "s"
+    per: float = 1.0
+
+
+_KINDS: dict[str, _Kind] = {
+    **{kind: _Kind(partial(_recent, *driven), STATE_TIMES_S) for kind, driven in _DRIVEN.items()},
+    "taken_along": _Kind(_taken_along, STATE_REACHES, "mrad", 1000.0),
+    "impulse": _Kind(_impulse, STATE_IMPULSES, "Nms"),
+}
+STATES = frozenset(_KINDS)
 """kinds of states that are not recorded, which a model may have where nothing that is recorded explains the rest"""
-_STATE = re.compile(rf"({'|'.join(sorted(_DRIVEN))})_([1-9]\d*)s|({_TAKEN_ALONG})_([1-9]\d*)mrad")
-_MRAD = 1000.0
+_STATE = re.compile(rf"({'|'.join(sorted(_KINDS))})_([1-9]\d*)({'|'.join(sorted({k.unit for k in _KINDS.values()}))})")
 
 
 def state_named(kind: str, scale: float) -> str:
-    """Name of a state of a kind with a ``scale``: a time constant in s, or a reach in rad; to a second or a mrad."""
-    if kind == _TAKEN_ALONG:
-        return f"{kind}_{max(round(_MRAD * scale), 1)}mrad"
-    return f"{kind}_{max(round(scale), 1)}s"
+    """Name of a state of a kind with a ``scale``: a time constant in s, a reach in rad, or an impulse in N·m·s; to a
+    second, a mrad or a N·m·s.
+    """
+    one = _KINDS[kind]
+    return f"{kind}_{max(round(one.per * scale), 1)}{one.unit}"
 
 
 def state_of(name: str) -> tuple[str, float] | None:
     """Kind and scale of a state by its name; None of any other quantity."""
     found = _STATE.fullmatch(name)
-    if found is None:
+    if found is None or found[3] != _KINDS[found[1]].unit:
         return None
-    return (found[1], float(found[2])) if found[1] else (found[3], float(found[4]) / _MRAD)
+    return found[1], float(found[2]) / _KINDS[found[1]].per
 
 
 def range_of(kind: str) -> tuple[float, float]:
     """Least and largest scale of a kind of states that a model is given."""
-    scales = STATE_REACHES if kind == _TAKEN_ALONG else STATE_TIMES_S
+    scales = _KINDS[kind].scales
     return scales[0], scales[-1]
 
 
@@ -106,12 +146,10 @@ def kind_of(name: str) -> str:
     return name if state is None else state[0]
 
 
-RECENT: dict[str, tuple[str, ...]] = {
-    kind: tuple(state_named(kind, seconds) for seconds in STATE_TIMES_S) for kind in _DRIVEN
+OF_KIND: dict[str, tuple[str, ...]] = {
+    kind: tuple(state_named(kind, scale) for scale in one.scales) for kind, one in _KINDS.items()
 }
-"""states that follow what is driven: the names of each quantity's, one a time constant"""
-TAKEN_ALONG = tuple(state_named(_TAKEN_ALONG, reach) for reach in STATE_REACHES)
-"""states of what the output takes along until it slips, one a reach"""
+"""names of the states of each kind that are candidates, one a scale"""
 REMEMBERED = frozenset({"quick_warming", "warming", "slow_warming", *STATES})
 """kinds of quantities with a state that goes on from one recording to the next"""
 
@@ -127,7 +165,7 @@ class _Known(dict[str, Quantity]):
         if state is None:
             raise KeyError(name)
         kind, scale = state
-        return _taken_along(scale) if kind == _TAKEN_ALONG else _recent(*_DRIVEN[kind], scale)
+        return _KINDS[kind].made(scale)
 
 
 QUANTITIES: dict[str, Quantity] = _Known(
@@ -226,7 +264,7 @@ def quantity(name: str, frame: Frame) -> FloatArray:
     if name not in QUANTITIES:
         raise ConfigurationError(
             f"there is no quantity '{name}', it should be one of {', '.join(QUANTITIES)}, or a state such as"
-            f" {state_named('recent_speed', 50.0)} or {TAKEN_ALONG[0]}"
+            f" {state_named('recent_speed', 50.0)} or {state_named('taken_along', 0.02)}"
         )
     return np.asarray(QUANTITIES[name].values(frame))
 

@@ -61,6 +61,15 @@ def lag_along(x: FloatArray, dt: FloatArray, out: FloatArray, y: float, previous
     return y
 
 
+@numba.njit(cache=True)
+def limited_along(area: FloatArray, out: FloatArray, z: float, limit: float) -> float:
+    """Fill ``out`` (n,) with a sum of ``area`` (n,) that stops at ``limit`` to either side, from z; z at the end."""
+    for i in range(area.size):
+        z = min(max(z + area[i], -limit), limit)
+        out[i] = z
+    return z
+
+
 class Memory:
     """States of a frame's terms that go on in the next frame: a row each, in the order in which the terms ask for them.
 
@@ -108,6 +117,16 @@ class Memory:
             states[:] = x[0]
         out[0] = states[0]
         states[:] = lag_along(x[1:], dt[1:], out[1:], states[0], states[1], constant), x[-1]
+        return out
+
+    def limited_integral(self, x: FloatArray, dt: FloatArray, limit: float) -> FloatArray:
+        """The integral of x (n,) between its stops as it goes on; ``dt`` (n,) s between rows."""
+        states, out = self._next(), np.empty(x.size)
+        if np.isnan(states[0]):
+            states[:] = 0.0, x[0]
+        before = np.concatenate((states[1:], x[1:-1]))
+        out[0] = states[0]
+        states[:] = limited_along(0.5 * (x[1:] + before) * dt[1:], out[1:], states[0], limit), x[-1]
         return out
 
     def _next(self) -> FloatArray:

@@ -17,7 +17,7 @@ from bench.mismatch.recordings.collected import Collected
 from bench.mismatch.recordings.motion import Manner
 from bench.mismatch.recordings.notch import ripple_orders
 from bench.mismatch.recordings.prepared import Folder, Prepared, prepare
-from bench.mismatch.recordings.rows import Rows, angle_rows, heat_rows, join, slow_rows
+from bench.mismatch.recordings.rows import Rows, angle_rows, heat_rows, slow_rows
 from bench.mismatch.regression.problem import CHANNELS
 from bench.recording import Recording
 from bench.simulation.frame import FloatArray, Frame
@@ -92,7 +92,7 @@ class Predicting:
         campaign = {}
         if self._predictor.remembers:
             self._rows.add(ready, frozenset(CHANNELS), self._folder.manner)
-            campaign = {channel: join(parts).frame for channel, parts in self._rows.rows.items()}
+            campaign = {channel: self._rows.joined(channel).frame for channel in self._rows.rows}
         out = {}
         for channel, spec in CHANNELS.items():
             if channel not in ready.measured or not all(name in recording.specs for name in spec.made_of):

@@ -57,7 +57,7 @@ def value(effect: Effect, frame: Frame) -> NDArray[np.float64]:
 def frame_of(size: int, ratio: float, values: dict[str, Any], memory: Memory | None = None) -> Frame:
     """Return a frame of ``size`` rows with the arrays given; the others are 0. ``memory``: states that go on."""
     arrays: dict[str, Any] = {}
-    for name in (f.name for f in fields(Frame) if f.name not in ("ratio", "aux", "memory")):
+    for name in (f.name for f in fields(Frame) if f.name not in ("ratio", "aux", "memory", "aside")):
         kind = np.int64 if name == "recording" else np.float64
         arrays[name] = np.ascontiguousarray(np.broadcast_to(np.asarray(values.get(name, 0), dtype=kind), (size,)))
     return Frame(ratio=ratio, memory=memory, **arrays)

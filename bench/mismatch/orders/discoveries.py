@@ -164,14 +164,16 @@ def _pulses(
     model: TransmissionModel, found_defects: Sequence[defects.Defect], mode: PassedMode | None
 ) -> tuple[Discovery | None, PassedMode | None]:
     """Defects as a discovery, the model calibrated with them, and a ``mode`` as it is beside them; None, and the model
-    without them, where they are weak or recordings held out contradict them.
+    as it was, where they are weak or recordings held out contradict them.
     """
     if mode is not None:
         return _pulses_beside(model, found_defects, mode)
+    before = replace(model)
     rebuilt(model, defects.all_pulses(found_defects))
     found = _told(model, found_defects)
     if found is None:
-        rebuilt(model, ())
+        # orders that the pulses had drawn are there again, as they were found
+        model.restore(before)
     return found, None
 
 

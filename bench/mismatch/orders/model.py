@@ -69,6 +69,18 @@ class Given:
     laws: tuple[Law, ...] = ()
 
 
+@dataclass(frozen=True, slots=True)
+class KnownOffset:
+    """The offset of the rows as an earlier search has it: its ``values`` (n,), rad, whether functions of ``states``
+    that are not recorded were candidates, and by what energy inside revolutions it ``moved`` from what was taken off
+    before, in squares of the samples' noise.
+    """
+
+    values: FloatArray
+    states: bool
+    moved: float
+
+
 @dataclass(slots=True)
 class TransmissionModel:
     """The transmission error's model on the rows over the angle."""
@@ -98,6 +110,8 @@ class TransmissionModel:
     """the rows without their offset (n,): what the orders were found in"""
     tone: FloatArray | None = field(default=None, repr=False)
     """a disturbance of one frequency on the rows (n,), rad, that is no order"""
+    known: KnownOffset | None = field(default=None, repr=False)
+    """the offset as an earlier search has it; None: as the simulation alone has it"""
     parts: tuple[Revolution, ...] = ()
     """steady parts of less than a revolution that may be fitted"""
     notes: list[str] = field(default_factory=list)
@@ -169,15 +183,47 @@ def begun(
 def analyse(model: TransmissionModel, seed: int) -> TransmissionModel:
     """Find what the transmission error's simulation lacks."""
     if int(model.train.sum()) >= FEWEST_CALIBRATED:
-        quiet = model.without_offset - _wavering(model, model.rows.y)
-        _orders(model, quiet, seed)
-        assert model.periodic is not None
-        periodic_free = model.periodic.evaluate(model.rows.frame)
-        level = offset_alone(model, model.rows.y - periodic_free)
-        model.quiet = model.without_offset - level
+        if model.known is None:
+            _orders(model, model.without_offset - _wavering(model, model.rows.y), seed)
+        model.quiet = model.without_offset - level_of(model)
         _orders(model, model.quiet, seed)
     offset_anew(model, seed)
     return model
+
+
+def level_of(model: TransmissionModel) -> FloatArray:
+    """The offset of the rows (n,): as an earlier search has it, else the simulation's beside what is periodic."""
+    if model.known is not None:
+        return model.known.values
+    assert model.periodic is not None
+    return _offset_alone(model, model.rows.y - model.periodic.evaluate(model.rows.frame))
+
+
+def misleading(model: TransmissionModel) -> KnownOffset | None:
+    """The offset of a model, if it differs inside revolutions from what was taken off the rows before the orders were
+    looked for, by more than an order has to gain; None where it does not.
+
+    What goes on inside a revolution, such as a play that a torque crosses slowly, is otherwise read as orders.
+    """
+    if model.offset is None or model.quiet is None or model.price is None:
+        return None
+    offset, frame = model.offset.model, model.rows.frame
+    values = np.zeros(frame.size)
+    for block in offset.blocks():
+        # what the series may be wrong by is no part of the offset
+        if not isinstance(block.regressor, Unsure):
+            values += added(block.regressor, frame, offset.fit.of(block.indices)[0])
+    more = values - (model.toneless - model.quiet)
+    energy = 0.0
+    for revolution in model.training_revolutions:
+        number, part = model.rows.number[revolution.rows], more[revolution.rows]
+        angle = frame.theta[revolution.rows]
+        # a level and a drift are fitted in each revolution beside the orders
+        line = np.column_stack([np.ones(angle.size), angle - angle[0]]) * np.sqrt(number)[:, None]
+        weighted = part * np.sqrt(number)
+        energy += float(np.sum((weighted - line @ np.linalg.lstsq(line, weighted, rcond=None)[0]) ** 2))
+    moved = energy / _floor(model) ** 2
+    return KnownOffset(values, offset.problem.states, moved) if 0.5 * moved > model.price else None
 
 
 def offset_anew(model: TransmissionModel, seed: int) -> None:
@@ -395,6 +441,7 @@ def _problem(model: TransmissionModel, y: FloatArray) -> ChannelProblem:
         doubt,
         model.switched_off,
         model.banned,
+        states=model.known is not None and model.known.states,
     )
 
 
@@ -418,7 +465,7 @@ def _unsure(
     return doubt, (*model.base, BaseTerm(shared, (1.0,) * shared.size))
 
 
-def offset_alone(model: TransmissionModel, y: FloatArray) -> FloatArray:
+def _offset_alone(model: TransmissionModel, y: FloatArray) -> FloatArray:
     """The simulation's offset calibrated on ``y`` (n,), at the rows."""
     problem = _problem(model, y)
     residual = plain_residual(problem)

@@ -21,7 +21,7 @@ from bench.mismatch.orders.joint import Evidence, settled
 from bench.mismatch.orders.law_scores import amplitudes
 from bench.mismatch.orders.laws import FoundLaw
 from bench.mismatch.orders.look import PARTS, Look
-from bench.mismatch.orders.model import ROUNDS, TransmissionModel, calibrate_all, offset_alone, steady_rows, with_noise
+from bench.mismatch.orders.model import ROUNDS, TransmissionModel, calibrate_all, level_of, steady_rows, with_noise
 from bench.mismatch.orders.modes import Mode
 from bench.mismatch.orders.periodic import Periodic, Pulse
 from bench.mismatch.orders.revolutions import Complex, Seen, directions, looks, passed, seen, states
@@ -76,7 +76,7 @@ def under(model: TransmissionModel, found: FoundLaw, plain: Periodic) -> PassedM
             break
         law, guess = best.mode.law, best.orders
         assert model.periodic is not None
-        y = model.toneless - offset_alone(model, model.rows.y - model.periodic.evaluate(model.rows.frame))
+        y = model.toneless - level_of(model)
     periodic = model.periodic
     if (
         best is not None

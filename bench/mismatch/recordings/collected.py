@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from bench.mismatch.recordings.motion import Manner
 from bench.mismatch.recordings.output_orders import OutputSpectrum, output_spectra
 from bench.mismatch.recordings.prepared import Prepared
-from bench.mismatch.recordings.rows import Rows, angle_rows, heat_rows, slow_rows
+from bench.mismatch.recordings.rows import Rows, angle_rows, heat_rows, join, slow_rows
 from bench.mismatch.recordings.swing import swing
 from bench.mismatch.recordings.vibration import Density, ShaftSpectrum, density, shaft_spectrum
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
@@ -18,6 +18,8 @@ class Collected:
     """Rows and spectra of the recordings read so far, by channel."""
 
     rows: dict[str, list[Rows]] = field(default_factory=dict)
+    aside: dict[str, list[Rows]] = field(default_factory=dict)
+    """of recordings in which the channel is not compared, through which its states go on"""
     density: dict[str, list[Density]] = field(default_factory=dict)
     unsteady: dict[str, list[Density]] = field(default_factory=dict)
     """of recordings without a steady part, such as heating runs: their longest run in motion"""
@@ -33,7 +35,9 @@ class Collected:
                 self.rows.setdefault(channel, []).append(heat_rows(prepared))
                 continue
             if channel == TRANSMISSION_ERROR:
-                if prepared.kind != "heating":  # the series does not hold at heating speed
+                if prepared.kind == "heating":  # the series does not hold at heating speed: only states go on there
+                    self.aside.setdefault(channel, []).append(slow_rows(prepared, channel, manner))
+                else:
                     self.rows.setdefault(channel, []).append(angle_rows(prepared))
             else:
                 self.rows.setdefault(channel, []).append(slow_rows(prepared, channel, manner))
@@ -54,13 +58,15 @@ class Collected:
 
     def travelled_before(self, distance: float) -> None:
         """Count the distance run before these recordings, rad at the output."""
-        for rows in self.rows.values():
+        for rows in (*self.rows.values(), *self.aside.values()):
             rows[:] = [replace(r, frame=replace(r.frame, travel=r.frame.travel + distance)) for r in rows]
 
     def take(self, other: Collected) -> None:
         """Append the rows of further recordings."""
         for channel, rows in other.rows.items():
             self.rows.setdefault(channel, []).extend(rows)
+        for channel, rows in other.aside.items():
+            self.aside.setdefault(channel, []).extend(rows)
         for channel, densities in other.density.items():
             self.density.setdefault(channel, []).extend(densities)
         for channel, moving in other.unsteady.items():
@@ -69,3 +75,8 @@ class Collected:
             self.output.setdefault(channel, []).extend(spectra)
         self.shaft += other.shaft
         self.swing |= other.swing
+
+    def joined(self, channel: str) -> Rows:
+        """All rows of a channel, with the frame of those aside."""
+        out, aside = join(self.rows[channel]), self.aside.get(channel)
+        return replace(out, frame=replace(out.frame, aside=join(aside).frame)) if aside else out

@@ -18,7 +18,6 @@ from bench.mismatch.recordings.motion import Manner, slowly
 from bench.mismatch.recordings.notch import ripple_orders
 from bench.mismatch.recordings.pieces import Piece, pieces
 from bench.mismatch.recordings.prepared import Folder, prepare
-from bench.mismatch.recordings.rows import join
 from bench.mismatch.recordings.source import Paths, folders_of, gathered, names_of, of_one_campaign
 from bench.mismatch.recordings.split import load_step, none_spared, point_of, split, split_blocks
 from bench.recording import Recording
@@ -97,7 +96,9 @@ def load(path: Paths, progress: Progress | None = None, jobs: int = 1, base: Bas
         if base is not None and rejected:
             raise RecordingError(rejected[0][1])
         raise RecordingError(f"{_named(path)} holds no recording that can be read; see `bench validate` for each file")
-    data.rows = {channel: join(rows.rows.pop(channel)) for channel in list(rows.rows)}
+    for channel in list(rows.rows):
+        data.rows[channel] = rows.joined(channel)
+        del rows.rows[channel]
     if MOTOR_TORQUE in data.rows:
         notes += slowly(data.rows[MOTOR_TORQUE].frame, folder.manner.standstill)
     give_back()

@@ -17,7 +17,7 @@ from bench.mismatch.regression.knots import KNOTS, close_knots, ends, is_constan
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor, by_definition
 from bench.mismatch.regression.spells import SPELLS, spells
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.quantities import FACTOR_OF, QUANTITIES, RECENT, TAKEN_ALONG, quantity
+from bench.simulation.quantities import FACTOR_OF, OF_KIND, QUANTITIES, quantity
 from bench.simulation.tables import Grid, hats
 from bench.simulation.terms import (
     LIBRARY,
@@ -127,21 +127,22 @@ _OF_STATES: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
     channel: tuple((name, factors) for names, factors in rows for name in names)
     for channel, rows in {
         MOTOR_TORQUE: (
-            (RECENT["recent_speed"], ("d",)),
-            (RECENT["recent_speed"], ("w",)),
-            (RECENT["recent_load"], ("d",)),
-            (RECENT["recent_load"], ("tau",)),
+            (OF_KIND["recent_speed"], ("d",)),
+            (OF_KIND["recent_speed"], ("w",)),
+            (OF_KIND["recent_load"], ("d",)),
+            (OF_KIND["recent_load"], ("tau",)),
         ),
         LOAD_TORQUE: (
-            (TAKEN_ALONG, ("1",)),
-            (RECENT["recent_speed"], ("d",)),
-            (RECENT["recent_load_motor"], ("1",)),
+            (OF_KIND["taken_along"], ("1",)),
+            (OF_KIND["recent_speed"], ("d",)),
+            (OF_KIND["recent_load_motor"], ("1",)),
         ),
         TRANSMISSION_ERROR: (
-            (RECENT["recent_torque"], ("1",)),
-            (RECENT["recent_load"], ("1",)),
-            (RECENT["recent_speed"], ("1",)),
-            (RECENT["recent_loss"], ("1",)),
+            (OF_KIND["recent_torque"], ("1",)),
+            (OF_KIND["impulse"], ("1",)),
+            (OF_KIND["recent_load"], ("1",)),
+            (OF_KIND["recent_speed"], ("1",)),
+            (OF_KIND["recent_loss"], ("1",)),
         ),
         TEMPERATURE: (),
     }.items()
@@ -250,7 +251,7 @@ def free_candidates(channel: str, frame: Frame, straight: bool = False, states: 
     further = _OF_STATES[channel] if states and not timeless else ()
     if not np.any(frame.motor_torque):
         # nothing tells the loss
-        further = tuple((name, factors) for name, factors in further if name not in RECENT["recent_loss"])
+        further = tuple((name, factors) for name, factors in further if name not in OF_KIND["recent_loss"])
     for name, factors in (*_ONE[channel], *further):
         if name == "time" and timeless:
             continue

@@ -35,7 +35,9 @@ def with_states(search: Search, seed: int) -> Search:
     """
     model = search.model
     frame = model.problem.rows.frame.take(model.problem.train)
-    if model.noise.independent_rows is not None or overlapping(frame) or not _something_is_left(model):
+    if model.problem.states or model.noise.independent_rows is not None or overlapping(frame):
+        return search
+    if not _something_is_left(model):
         return search
     again = searched(replace(model.problem, states=True), seed)
     told = _reported(again) if _has_state(again.model.chosen) else []

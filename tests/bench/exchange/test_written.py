@@ -87,6 +87,7 @@ MADE: dict[str, list[dict[str, Any]]] = {
             "recent_loss_1s": 40.0,
             "recent_load_motor_2s": 400.0,
             "taken_along_50mrad": 0.05,
+            "impulse_300Nms": 300.0,
         }.items()
     ],
     "waves": [

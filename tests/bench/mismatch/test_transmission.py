@@ -19,14 +19,15 @@ def searched(
     """What is taken off in each search of orders 7, 250, 252, of which a second one has those ``left``; its notes."""
     taken: list[Any] = []
 
-    def once(_task: Task, tone: Any) -> tuple[Any, Any, Any]:
+    def once(_task: Task, tone: Any = None, known: Any = None) -> tuple[Any, Any, Any]:
         taken.append(tone)
         orders = (7.0, 250.0, 252.0) if tone is None else left
         periodic = SimpleNamespace(series=SimpleNamespace(orders=orders), weak=())
-        model = SimpleNamespace(periodic=periodic, offset=SimpleNamespace(close=lambda: None))
+        model = SimpleNamespace(periodic=periodic, offset=SimpleNamespace(close=lambda: None), known=known)
         return model, SimpleNamespace(notes=[]), SimpleNamespace(frequency=2.91) if heard else None
 
     monkeypatch.setattr(Task, "_once", once)
+    monkeypatch.setattr(transmission, "misleading", lambda _: None)
     monkeypatch.setattr(transmission, "made_by_tone", lambda *_: doubtful)
     monkeypatch.setattr(transmission, "tone_on_rows", lambda *_: TAKEN)
     nothing = cast("Any", None)
@@ -51,3 +52,24 @@ def test_without_a_tone_that_may_have_made_orders_nothing_is_searched_twice(
     monkeypatch: pytest.MonkeyPatch, heard: bool, doubtful: tuple[float, ...]
 ) -> None:
     assert searched(monkeypatch, heard, doubtful, ()) == ([None], [])
+
+
+@pytest.mark.parametrize(("less", "taken"), [(0.5, True), (2.0, False)])
+def test_an_offset_that_misled_the_orders_is_taken_off_if_less_is_left_then(
+    monkeypatch: pytest.MonkeyPatch, less: float, taken: bool
+) -> None:
+    """The second search knows the offset of the first; of both the one that leaves less counts."""
+    offset, closed = SimpleNamespace(states=False), []
+
+    def once(_task: Task, tone: Any = None, known: Any = None) -> tuple[Any, Any, Any]:
+        assert tone is None
+        model = SimpleNamespace(offset=SimpleNamespace(close=lambda: closed.append(known)), known=known)
+        return model, SimpleNamespace(left=1.0 if known is None else less), None
+
+    monkeypatch.setattr(Task, "_once", once)
+    monkeypatch.setattr(transmission, "misleading", lambda _: offset)
+    monkeypatch.setattr(transmission, "_leaves_less", lambda one, other: one.left < other.left)
+    nothing = cast("Any", None)
+    model, _ = Task(nothing, nothing, nothing, (), (), (), True, 0).searched()
+    assert (cast("Any", model).known is offset) == taken
+    assert closed == [None]  # two banks never stand side by side

@@ -10,13 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bench.errors import ConfigurationError
-from bench.simulation.memory import taken_along
+from bench.mismatch.recordings.rows import reduced
+from bench.simulation.frame import gone_through
+from bench.simulation.memory import limited_integral, taken_along
 from bench.simulation.quantities import (
+    OF_KIND,
     QUANTITIES,
-    RECENT,
     STATE_TIMES_S,
     STATES,
-    TAKEN_ALONG,
     kind_of,
     label,
     quantity,
@@ -47,6 +48,45 @@ def test_it_goes_on_between_recordings() -> None:
     assert wound[2 * ROWS] == pytest.approx(0.3)
 
 
+@given(limit=st.floats(1.0, 1e5), swing=st.floats(1.0, 1e3))
+def test_an_impulse_stops_at_its_limit_and_is_the_integral_before(limit: float, swing: float) -> None:
+    x = swing * (0.2 + np.sin(0.7 * FRAME.elapsed))
+    came = limited_integral(x, FRAME, limit)
+    assert np.all(np.abs(came) <= limit)
+    before = np.concatenate(([0.0], came[:-1]))
+    same = FRAME.recording[1:] == FRAME.recording[:-1]
+    area = np.append(0.0, np.where(same, 0.5 * (x[1:] + x[:-1]) * np.diff(FRAME.time), 0.0))
+    follows = np.isclose(came - before, area, rtol=0.0, atol=1e-9 * limit)
+    pushed = (np.abs(came) == limit) & (np.sign(area) == np.sign(came))
+    assert np.all(follows | pushed)
+
+
+def test_an_impulse_goes_on_between_recordings() -> None:
+    x = np.concatenate([np.full(ROWS, 10.0), np.zeros(ROWS), np.full(ROWS, -10.0)])
+    came = limited_integral(x, FRAME, 1e6)
+    whole = 10.0 * (FRAME.time[ROWS - 1] - FRAME.time[0])
+    assert came[ROWS - 1] == came[ROWS] == came[2 * ROWS] == pytest.approx(whole)
+    assert came[-1] == pytest.approx(0.0, abs=1e-9 * whole)
+
+
+def test_an_impulse_of_rows_of_unequal_length_is_that_of_the_samples() -> None:
+    edges = np.flatnonzero(np.isin(np.arange(FRAME.size) % ROWS % 43, [0, 2, 5, 40]))
+    whole = limited_integral(FRAME.torque, FRAME, 400.0)
+    rows = reduced(FRAME, edges)
+    number = np.add.reduceat(FRAME.count, edges)
+    mean = np.add.reduceat(whole * FRAME.count, edges) / number
+    short = limited_integral(rows.torque, rows, 400.0)
+    assert np.abs(short - mean).max() < 0.08 * np.ptp(mean)
+
+
+def test_states_go_on_through_rows_that_lie_aside() -> None:
+    beside = FRAME.recording == 1
+    apart = replace(FRAME.take(~beside), aside=FRAME.take(beside))
+    for name in ("impulse_600Nms", "recent_torque_50s", "recent_speed_8s", "taken_along_200mrad"):
+        assert quantity(name, apart) == pytest.approx(quantity(name, FRAME)[~beside], abs=1e-9)
+    assert gone_through(apart).torque == pytest.approx(FRAME.torque)
+
+
 @pytest.mark.parametrize("seconds", STATE_TIMES_S)
 def test_a_recent_speed_follows_a_step_with_its_time_constant(seconds: float) -> None:
     time = np.arange(FRAME.size) * 1.0
@@ -58,12 +98,14 @@ def test_a_recent_speed_follows_a_step_with_its_time_constant(seconds: float) ->
 
 
 def test_every_candidate_is_a_state_with_a_label_and_finite_values() -> None:
-    for name in (*(n for names in RECENT.values() for n in names), *TAKEN_ALONG):
-        assert state_of(name) is not None
-        assert np.isfinite(quantity(name, FRAME)).all()
-    assert {kind_of(name) for name in TAKEN_ALONG} | set(RECENT) == STATES
+    for kind, names in OF_KIND.items():
+        for name in names:
+            assert kind_of(name) == kind
+            assert np.isfinite(quantity(name, FRAME)).all()
+    assert set(OF_KIND) == STATES
     assert label("recent_loss_50s") == "loss, lagged by 50 s"
     assert label("taken_along_1235mrad") == "angle taken along by up to 1.235 rad"
+    assert label("impulse_793Nms") == "impulse of the load torque between stops at 793 N*m*s"
     assert QUANTITIES["recent_load_50s"].unit == "kN^2*m^2"
 
 
@@ -81,6 +123,8 @@ def test_what_only_begins_like_a_state_is_none() -> None:
         "recent_speed_s",
         "recent_speed_8mrad",
         "taken_along_5s",
+        "impulse_5s",
+        "impulse_5mrad",
         "recent_speed_0s",
         "recent_speed_8.5s",
         "speed",

@@ -226,6 +226,7 @@ def test_terms_with_a_memory_go_on_from_block_to_block_and_from_a_snapshot(tmp_p
     heat = {"form": "table", "over": ["speed"], "times": "1", "knots": [[0.0, 0.1]], "channels": ["temperature"]}
     warm = {"form": "table", "over": ["warming"], "times": "1", "knots": [[-1.0, 1.0]], "channels": ["load_torque"]}
     taken = {"form": "table", "over": ["taken_along_50mrad"], "times": "1", "knots": [[-0.05, 0.05]]}
+    impulse = {"form": "table", "over": ["impulse_300Nms"], "times": "1", "knots": [[-300.0, 300.0]]}
     states = [
         {"form": "table", "over": [f"{kind}_30s"], "times": "d", "knots": [[-1.0, 1.0]]}
         for kind in ("recent_speed", "recent_load", "recent_torque", "recent_loss", "recent_load_motor")
@@ -234,6 +235,7 @@ def test_terms_with_a_memory_go_on_from_block_to_block_and_from_a_snapshot(tmp_p
         {**taken, "channels": ["load_torque"], "values": [-8.0, 8.0]},
         *({**state, "channels": ["motor_torque"], "values": [-0.1, 0.1]} for state in states),
         {**table, "channels": ["motor_torque"], "values": [0.3, 0.0]},
+        {**impulse, "channels": ["transmission_error"], "values": [-1e-5, 1e-5]},
         {**heat, "values": [0.0, 0.2]},
         {**warm, "values": [-500.0, 500.0]},
     ]

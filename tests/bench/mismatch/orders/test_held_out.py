@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -58,14 +58,27 @@ def test_an_encoder_error_that_recordings_held_out_contradict_takes_its_orders_w
     ]
 
 
+@dataclass
+class Model:
+    """What the search for pulses holds of a model."""
+
+    periodic: Periodic
+    orders: tuple[float, ...] = (5.0, 7.0)
+    notes: list[str] = field(default_factory=list)
+
+    def restore(self, before: Model) -> None:
+        self.periodic, self.orders = before.periodic, before.orders
+
+
 @pytest.mark.parametrize("contradicted", [True, False])
 def test_pulses_are_asked_against_nothing_in_their_place(monkeypatch: pytest.MonkeyPatch, contradicted: bool) -> None:
-    """Orders that draw them predict as well."""
-    model = SimpleNamespace(periodic=Periodic(series=cast("Any", None)), notes=[])
+    """Orders that draw them predict as well; those that the pulses had drawn are back if these are contradicted."""
+    model = Model(Periodic(series=cast("Any", None)))
     asked: list[tuple[tuple[Pulse, ...], tuple[Pulse, ...]]] = []
 
     def rebuilt(_model: object, pulses: tuple[Pulse, ...]) -> None:
         model.periodic = replace(model.periodic, pulses=tuple(pulses))
+        model.orders = (7.0,)
 
     def borne_out(_model: object, before: Periodic, after: Periodic, _doubtful: bool) -> bool:
         asked.append((before.pulses, after.pulses))
@@ -80,6 +93,7 @@ def test_pulses_are_asked_against_nothing_in_their_place(monkeypatch: pytest.Mon
     assert asked == [((), (pulse,))]
     assert (told is None) is contradicted
     assert model.periodic.pulses == (() if contradicted else (pulse,))
+    assert model.orders == ((5.0, 7.0) if contradicted else (7.0,))
     assert len(model.notes) == contradicted
 
 
