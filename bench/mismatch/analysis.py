@@ -37,7 +37,7 @@ from bench.mismatch.regression.slow_noise import of_a_row
 from bench.mismatch.regression.state import Search
 from bench.mismatch.transmission import Task, ask_for_tone
 from bench.mismatch.unnamed.structure import examine
-from bench.mismatch.who_reads_wrong import as_reported, mark, of_load_motor
+from bench.mismatch.who_reads_wrong import as_reported, mark, mark_load, of_load_motor, of_shaft, on_shaft
 from bench.simulation.frame import FloatArray
 from bench.simulation.memory import campaign_lag, lag
 from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
@@ -111,6 +111,7 @@ def analyse(
     acting: tuple[Known, ...] = given.known.get(LOAD_TORQUE, ())
     shown: tuple[str, ...] = ()
     in_angles: tuple[str, ...] = ()
+    turns = False
     if data.linear:
         banned = (*banned, *ROTATING)
     for number, channel in enumerate(c for c in CHANNELS if c in channels):
@@ -121,7 +122,8 @@ def analyse(
             rows = replace(rows, frame=corrected(rows.frame, acting))
             # what the load torque has without a name is no second finding where the load acts
             most = 1.0 / data.ratio if channel == MOTOR_TORQUE else None
-            unnamed = nameless_load(out.searches[LOAD_TORQUE].model, most) if LOAD_TORQUE in out.searches else ()
+            load = None if turns else out.searches.get(LOAD_TORQUE)
+            unnamed = () if load is None else nameless_load(load.model, most)
         if channel == TRANSMISSION_ERROR:
             task = Task(data, given, rows, channels, (*banned, *in_angles), unnamed, formulas, seed)
             out.transmission, out.outcomes[channel] = task.searched()
@@ -141,6 +143,11 @@ def analyse(
             out.searches[channel], out.outcomes[channel] = search, _outcome_of(out, data, given, search, formulas, seed)
             if channel == LOAD_TORQUE:
                 acting = (*acting, *_acting(out, data, given, _known_of(search)))
+                nameless = _nameless_of(search)
+                probability = of_shaft(data, given, acting[len(given.known.get(LOAD_TORQUE, ())) :], nameless)
+                if probability is not None:
+                    mark_load(out.outcomes[LOAD_TORQUE], probability)
+                    acting, turns = (*acting, *on_shaft(nameless)), True
                 in_angles = _excluded_delay(search)
                 shown = tuple(_shown_here_first([chosen.effect for chosen in search.model.chosen]))
             if channel == TEMPERATURE and MOTOR_TORQUE in out.searches:
@@ -333,6 +340,12 @@ def _known_of(search: Search) -> list[Known]:
         if chosen.effect.startswith((SENSOR, LOAD_SIDE)):
             out += [Known(block.regressor, model.fit.of(block.indices)[0]) for block in chosen.blocks]
     return out
+
+
+def _nameless_of(search: Search) -> list[Known]:
+    """What a search found without a name."""
+    model = search.model
+    return [Known(b.regressor, model.fit.of(b.indices)[0]) for chosen in model.nameless for b in chosen.blocks]
 
 
 def _acting(out: Analysis, data: Dataset, given: Given, found: Sequence[Known]) -> Sequence[Known]:

@@ -36,6 +36,10 @@ REPORTED_BY, LOAD_MOTOR = "reported_by", "load_motor"
 """key of a row that is an error between torque sensor and load motor, and what it says where the load motor's report is
 off: the torque that was read is then right
 """
+ACTS_ON, SHAFT = "acts_on", "shaft"
+"""key of a row of the load torque without a name, and what it says where it turns the shaft: it is a load, and no error
+of the sensor
+"""
 LOAD_SIDE = "load."
 """begins the ids of what turns the shaft at the torque sensor"""
 
@@ -43,17 +47,24 @@ LOAD_SIDE = "load."
 @dataclass(frozen=True, slots=True)
 class Known:
     """A regressor in force in a channel; its coefficients (k,), None where the file does not say them; whether an error
-    in the load torque is one of the load motor's report and not of the sensor.
+    in the load torque is one of the load motor's report and not of the sensor; whether something without a name there
+    acts on the shaft.
     """
 
     regressor: Regressor
     coefficients: FloatArray | None
     of_load_motor: bool = False
+    on_shaft: bool = False
 
     @property
     def misread(self) -> bool:
         """Whether it is an error of what the torque sensor reads."""
         return self.regressor.effect.startswith(SENSOR) and not self.of_load_motor
+
+    @property
+    def turns(self) -> bool:
+        """Whether it is known to turn the shaft at the torque sensor."""
+        return self.regressor.effect.startswith(LOAD_SIDE) or self.on_shaft
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +115,10 @@ class Given:
         unsettled: dict[str, list[str]] = {}
 
         def add(channel: str, one: Known, row: Row) -> None:
-            known.setdefault(channel, []).append(replace(one, of_load_motor=_of_load_motor(one.regressor.effect, row)))
+            effect = one.regressor.effect
+            of_load_motor = _says(effect, row, REPORTED_BY, LOAD_MOTOR)
+            on_shaft = _says(effect, row, ACTS_ON, SHAFT)
+            known.setdefault(channel, []).append(replace(one, of_load_motor=of_load_motor, on_shaft=on_shaft))
 
         for effect, term in model.terms.items():
             if not term.enabled or (effect in LIBRARY and LIBRARY[effect].nominal and "also" not in term.extra):
@@ -239,14 +253,14 @@ def _check_what_is_taken_off(model: Simulation) -> None:
         )
 
 
-def _of_load_motor(effect: str, row: Row) -> bool:
-    """Whether a row of a term is an error of the load motor's report."""
-    by = row.get(REPORTED_BY)
-    if by not in (None, LOAD_MOTOR):
+def _says(effect: str, row: Row, key: str, only: str) -> bool:
+    """Whether a row of a term has a ``key``, :data:`REPORTED_BY` or :data:`ACTS_ON`, whose one value is ``only``."""
+    said = row.get(key)
+    if said not in (None, only):
         raise ConfigurationError(
-            f"the simulation's term {effect} has '{REPORTED_BY}': {by!r} in a row, it should be '{LOAD_MOTOR}'"
+            f"the simulation's term {effect} has '{key}': {said!r} in a row, it should be '{only}'"
         )
-    return by is not None
+    return said is not None
 
 
 def _linear(effect: str, row: Row) -> Iterator[tuple[str, Known]]:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.foreign.opening import base_of
-from bench.mismatch.given import LOAD_SIDE, Given, Known
+from bench.mismatch.given import Given, Known
 from bench.mismatch.orders.shaken import INERTIA
 from bench.mismatch.power_zeros import CONSTANT, EFFECT, KEY, REPORTED, Zeros, levels_of, of_recordings, reported_by
 from bench.mismatch.recordings.beginning import START_S, at_start, risen
@@ -173,7 +173,8 @@ def corrected(frame: Frame, known: Sequence[Known], campaign: Frame | None = Non
     """The frame with the load torque less the errors of its sensor, of what is ``known`` of that torque.
 
     Where the load is kept at a level, the torque is smoothed, and so is what is taken off it: the zero of a segment is
-    one, however the temperature drifts in it. And what is known to turn the shaft there, an unbalance, is put back.
+    one, however the temperature drifts in it. And what is known to turn the shaft there, such as an unbalance, is put
+    back.
     ``campaign``: see :meth:`Predictor.channel`.
     """
 
@@ -182,7 +183,7 @@ def corrected(frame: Frame, known: Sequence[Known], campaign: Frame | None = Non
         return np.asarray(sum(values, np.zeros(frame.size)))
 
     read = sum_of(k for k in known if k.misread)
-    real = sum_of(k for k in known if k.regressor.effect.startswith(LOAD_SIDE))
+    real = sum_of(k for k in known if k.turns)
     if not (read.any() or real.any()):
         return frame
     mean = means_of_segments(read, frame)

@@ -2,7 +2,9 @@
 
 The load torque is compared with what the load motor reports. What is found between them may be an error of either. The
 input motor drives the real load: with an error of the sensor its torque is explained better once that is taken off the
-torque that was read, with an error of the load motor's report once it is not.
+torque that was read, with an error of the load motor's report once it is not. What has no name may as well be a load,
+such as a hose that is dragged along: where the load is kept at a level, and taken as its mean, the motor torque shows
+it.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.discovery import ChannelOutcome
-from bench.mismatch.given import LOAD_MOTOR, REPORTED_BY, SENSOR, Given, Known
+from bench.mismatch.given import ACTS_ON, LOAD_MOTOR, REPORTED_BY, SENSOR, SHAFT, Given, Known
 from bench.mismatch.prediction import corrected
 from bench.mismatch.problems import problem_of
 from bench.mismatch.recordings.dataset import Dataset
@@ -22,6 +24,7 @@ from bench.mismatch.regression.folds import DRAWS, predictive, weights
 from bench.mismatch.regression.model import plain_residual
 from bench.mismatch.regression.prior import calibrated_alone
 from bench.mismatch.regression.problem import starts_and_folds
+from bench.mismatch.regression.regressors import UNKNOWN
 from bench.simulation.frame import FloatArray
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE
 
@@ -31,13 +34,29 @@ def of_load_motor(data: Dataset, given: Given, found: Sequence[Known]) -> float 
     its sensor among what was ``found`` beside the simulation ``given``, had the points left out been drawn again; None
     where that may be chance, or cannot be asked.
     """
+    if not any(k.misread for k in found):
+        return None
+    return _better(data, given, as_reported(found), found)
+
+
+def of_shaft(data: Dataset, given: Given, found: Sequence[Known], nameless: Sequence[Known]) -> float | None:
+    """Probability that the motor torque is explained better with what is ``nameless`` in the load torque as a load than
+    without it, beside what was ``found`` there; None where that may be chance, or cannot be asked. Only where the load
+    is kept at a level, and taken as its mean, do the two differ: elsewhere the sensor has read such a load.
+    """
+    return _better(data, given, [*found, *on_shaft(nameless)], found) if nameless else None
+
+
+def _better(data: Dataset, given: Given, first: Sequence[Known], second: Sequence[Known]) -> float | None:
+    """Probability that the motor torque is explained better with the ``first`` of two ideas of the load torque than
+    with the ``second``, beside the simulation ``given``, had the points left out been drawn again; None where that may
+    be chance, or cannot be asked.
+    """
     rows = data.rows.get(MOTOR_TORQUE)
     if rows is None or MOTOR_TORQUE in data.simulated or data.folder.manner.free:
         return None
-    if not any(k.misread for k in found):
-        return None
     before = given.known.get(LOAD_TORQUE, ())
-    frames = [corrected(rows.frame, [*before, *errors]) for errors in (as_reported(found), found)]
+    frames = [corrected(rows.frame, [*before, *idea]) for idea in (first, second)]
     problems = [problem_of(data, given, MOTOR_TORQUE, replace(rows, frame=frame), ()) for frame in frames]
     residual = plain_residual(problems[0])
     densities: list[FloatArray] = []
@@ -47,6 +66,11 @@ def of_load_motor(data: Dataset, given: Given, found: Sequence[Known]) -> float 
         densities.append(predictive(bank, blocks, folds, fit.variance))
     probability = float(weights(np.array(densities), 0)[0])
     return probability if probability >= 1.0 - criteria.ERROR_RATE else None
+
+
+def on_shaft(nameless: Sequence[Known]) -> list[Known]:
+    """What has no name in the load torque as a load that turns the shaft."""
+    return [replace(k, on_shaft=True) for k in nameless]
 
 
 def as_reported(found: Sequence[Known]) -> list[Known]:
@@ -70,3 +94,15 @@ def _likely(probability: float) -> str:
     """A probability in words, no closer to 1 than draws can tell."""
     highest = 1.0 - 1.0 / DRAWS
     return f"{probability:.3f}" if probability < highest else f"above {highest:.4g}"
+
+
+def mark_load(outcome: ChannelOutcome, probability: float) -> None:
+    """Say in an outcome of the load torque, and in the rows of its simulation, that what has no name is a load."""
+    outcome.notes.append(
+        "what the load torque has without a name turns the shaft: the motor torque of points left out is predicted"
+        f" better with it as a load (probability {_likely(probability)})"
+    )
+    for number, found in enumerate(outcome.discoveries):
+        if found.effect == UNKNOWN:
+            rows = tuple(dict(row) | {ACTS_ON: SHAFT} for row in found.simulation_rows)
+            outcome.discoveries[number] = replace(found, simulation_rows=rows)

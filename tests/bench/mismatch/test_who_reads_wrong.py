@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -13,9 +13,10 @@ from bench.errors import ConfigurationError
 from bench.mismatch import who_reads_wrong
 from bench.mismatch.given import Given, Known
 from bench.mismatch.prediction import corrected
-from bench.mismatch.regression.regressors import named
+from bench.mismatch.regression.regressors import Free, named
 from bench.simulation.frame import Frame
 from bench.simulation.model import Simulation
+from bench.simulation.tables import Grid
 from bench.simulation.terms import LOAD_TORQUE
 from tests.bench.exchange.samples import with_rows
 from tests.bench.mismatch.regression.synthetic import RATIO, campaign, problem
@@ -77,3 +78,56 @@ def test_it_is_no_question_where_no_error_is_known() -> None:
     folder = SimpleNamespace(manner=SimpleNamespace(free=False))
     data = SimpleNamespace(rows={"motor_torque": object()}, simulated=frozenset(), folder=folder)
     assert who_reads_wrong.of_load_motor(cast("Any", data), cast("Any", SimpleNamespace(known={})), [friction]) is None
+
+
+def wound_up(frame: Frame) -> Known:
+    """Something without a name in the load torque that grows in each recording, N·m."""
+    grid = Grid(("seconds",), "1", ((0.0, float(frame.elapsed.max())),))
+    return Known(Free(LOAD_TORQUE, (grid,)), np.array([-6.0, 6.0]))
+
+
+@pytest.mark.parametrize("is_load", [True, False])
+def test_the_motor_torque_tells_whether_what_has_no_name_is_a_load(
+    is_load: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the load is kept it is taken as its mean: the motor torque follows a load there, and no error."""
+    frame = replace(loaded(40), kept=np.ones(loaded(40).size), followed=np.zeros(loaded(40).size))
+    own = wound_up(frame)
+    real = corrected(frame, who_reads_wrong.on_shaft([own])).torque
+    assert np.ptp(real - frame.torque) > 10.0
+    assert np.array_equal(corrected(frame, [own]).torque, frame.torque)
+    noise = np.random.default_rng(2).normal(0.0, 0.005, frame.size)
+    y = 0.5 * frame.direction + 0.01 * frame.omega + (real if is_load else frame.torque) / RATIO + noise
+
+    def problem_of(_data: object, _given: object, _channel: str, rows: Any, _banned: object) -> Any:
+        return problem(rows.frame, y - rows.frame.torque / RATIO)
+
+    monkeypatch.setattr(who_reads_wrong, "problem_of", problem_of)
+    folder = SimpleNamespace(manner=SimpleNamespace(free=False))
+    rows = {"motor_torque": problem(frame, y).rows}
+    data = cast("Any", SimpleNamespace(rows=rows, simulated=frozenset(), folder=folder))
+    given = cast("Any", SimpleNamespace(known={}))
+    assert (who_reads_wrong.of_shaft(data, given, [], [own]) is not None) is is_load
+    assert who_reads_wrong.of_shaft(data, given, [], []) is None
+
+
+def test_a_load_without_a_name_is_one_in_the_file_as_well() -> None:
+    row = Free(LOAD_TORQUE, (Grid(("seconds",), "1", ((0.0, 60.0),)),)).row(np.array([-6.0, 6.0]), np.zeros(2))
+    row = {"effect": "unknown", **row}
+    discovery = cast("Any", Found("unknown", (row,)))
+    outcome = cast("Any", SimpleNamespace(notes=[], discoveries=[discovery, Found("te.offset", ())]))
+    who_reads_wrong.mark_load(outcome, 1.0)
+    assert "turns the shaft" in outcome.notes[0]
+    (marked,) = outcome.discoveries[0].simulation_rows
+    assert [k.turns for k in given_of(row).known[LOAD_TORQUE]] == [False]
+    assert [k.turns for k in given_of(marked).known[LOAD_TORQUE]] == [True]
+    with pytest.raises(ConfigurationError, match="'acts_on': 'sensor' in a row, it should be 'shaft'"):
+        given_of(row | {"acts_on": "sensor"})
+
+
+@dataclass(frozen=True)
+class Found:
+    """What is asked of a discovery."""
+
+    effect: str
+    simulation_rows: tuple[dict[str, Any], ...]
