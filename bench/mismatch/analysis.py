@@ -111,7 +111,7 @@ def analyse(
     acting: tuple[Known, ...] = given.known.get(LOAD_TORQUE, ())
     shown: tuple[str, ...] = ()
     in_angles: tuple[str, ...] = ()
-    turns = False
+    unsure: ChannelModel | None = None
     if data.linear:
         banned = (*banned, *ROTATING)
     for number, channel in enumerate(c for c in CHANNELS if c in channels):
@@ -122,8 +122,7 @@ def analyse(
             rows = replace(rows, frame=corrected(rows.frame, acting))
             # what the load torque has without a name is no second finding where the load acts
             most = 1.0 / data.ratio if channel == MOTOR_TORQUE else None
-            load = None if turns else out.searches.get(LOAD_TORQUE)
-            unnamed = () if load is None else nameless_load(load.model, most)
+            unnamed = () if unsure is None else nameless_load(unsure, most)
         if channel == TRANSMISSION_ERROR:
             task = Task(data, given, rows, channels, (*banned, *in_angles), unnamed, formulas, seed)
             out.transmission, out.outcomes[channel] = task.searched()
@@ -143,11 +142,8 @@ def analyse(
             out.searches[channel], out.outcomes[channel] = search, _outcome_of(out, data, given, search, formulas, seed)
             if channel == LOAD_TORQUE:
                 acting = (*acting, *_acting(out, data, given, _known_of(search)))
-                nameless = _nameless_of(search)
-                probability = of_shaft(data, given, acting[len(given.known.get(LOAD_TORQUE, ())) :], nameless)
-                if probability is not None:
-                    mark_load(out.outcomes[LOAD_TORQUE], probability)
-                    acting, turns = (*acting, *on_shaft(nameless)), True
+                loads, unsure = _loads(out, data, given, search.model, acting)
+                acting = (*acting, *loads)
                 in_angles = _excluded_delay(search)
                 shown = tuple(_shown_here_first([chosen.effect for chosen in search.model.chosen]))
             if channel == TEMPERATURE and MOTOR_TORQUE in out.searches:
@@ -342,10 +338,23 @@ def _known_of(search: Search) -> list[Known]:
     return out
 
 
-def _nameless_of(search: Search) -> list[Known]:
-    """What a search found without a name."""
-    model = search.model
-    return [Known(b.regressor, model.fit.of(b.indices)[0]) for chosen in model.nameless for b in chosen.blocks]
+def _loads(
+    out: Analysis, data: Dataset, given: Given, model: ChannelModel, acting: Sequence[Known]
+) -> tuple[list[Known], ChannelModel]:
+    """Functions without a name of the load torque that are loads, beside what is known to be ``acting`` there; and the
+    model without them: of the others nothing tells an error of the sensor from a load.
+    """
+    beside = list(acting[len(given.known.get(LOAD_TORQUE, ())) :])
+    loads: list[Known] = []
+    unsure = list(model.chosen)
+    for chosen in model.nameless:
+        one = [Known(b.regressor, model.fit.of(b.indices)[0]) for b in chosen.blocks]
+        probability = of_shaft(data, given, [*beside, *loads], one)
+        if probability is not None:
+            mark_load(out.outcomes[LOAD_TORQUE], chosen.main.regressor.words, probability)
+            loads += on_shaft(one)
+            unsure = [c for c in unsure if c is not chosen]
+    return loads, replace(model, chosen=unsure)
 
 
 def _acting(out: Analysis, data: Dataset, given: Given, found: Sequence[Known]) -> Sequence[Known]:

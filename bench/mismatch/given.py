@@ -62,6 +62,11 @@ class Known:
         return self.regressor.effect.startswith(SENSOR) and not self.of_load_motor
 
     @property
+    def whose(self) -> dict[str, str]:
+        """Keys of its row that say whose error it is, or that it is a load."""
+        return ({REPORTED_BY: LOAD_MOTOR} if self.of_load_motor else {}) | ({ACTS_ON: SHAFT} if self.on_shaft else {})
+
+    @property
     def turns(self) -> bool:
         """Whether it is known to turn the shaft at the torque sensor."""
         return self.regressor.effect.startswith(LOAD_SIDE) or self.on_shaft

@@ -154,7 +154,9 @@ def evaluated(known: Known, frame: Frame, campaign: Frame | None) -> FloatArray:
     if campaign is None or not remembers(known.regressor):
         return np.asarray(known.regressor.columns(frame) @ known.coefficients)
     term = known.regressor if isinstance(known.regressor, Named) else None
-    campaign = gone_through(campaign) if term is None else campaign
+    if term is None and not np.isin(frame.recording, campaign.recording).all():
+        # of a recording aside: functions of states go through it, and everything else is asked of it there
+        campaign = gone_through(campaign)
     jumps = term is not None and term.form.jumps
     values = np.zeros(0) if jumps else known.regressor.columns(campaign) @ known.coefficients
     starts = recording_starts(frame)
@@ -175,8 +177,12 @@ def corrected(frame: Frame, known: Sequence[Known], campaign: Frame | None = Non
     Where the load is kept at a level, the torque is smoothed, and so is what is taken off it: the zero of a segment is
     one, however the temperature drifts in it. And what is known to turn the shaft there, such as an unbalance, is put
     back.
-    ``campaign``: see :meth:`Predictor.channel`.
+    ``campaign``: see :meth:`Predictor.channel`. Rows aside are corrected as well.
     """
+    if frame.aside is not None:
+        aside = corrected(frame.aside, known, campaign)
+        frame = replace(frame, aside=None)
+        return replace(corrected(frame, known, campaign), aside=aside)
 
     def sum_of(terms: Iterable[Known]) -> FloatArray:
         values = (evaluated(k, frame, campaign) for k in terms if k.coefficients is not None)

@@ -56,7 +56,9 @@ def _completed(analysis: Analysis, found: Sequence[Discovery] | None, gearbox: o
     known = set()
     for model in models.values():
         fit = model.fit if found is not None else analysis.plain.get(model.channel) or model.refitted([])
-        for block in model.base:
+        whose = {id(k.regressor): k.whose for k in analysis.given.known.get(model.channel, ())}
+        terms = model.problem.base
+        for number, block in enumerate(model.base):
             effect = block.regressor.effect
             if effect in (NUISANCE, "te.offset", PARAMETER):
                 continue
@@ -64,7 +66,9 @@ def _completed(analysis: Analysis, found: Sequence[Discovery] | None, gearbox: o
             if isinstance(named, Named) and named.term.nominal:
                 out = _calibrated(out, model, block, fit)
             else:  # in force beyond the nominal terms, and calibrated with them
-                rows += rows_of(model, Chosen(block), fit)
+                # what a search has put to the base stands behind its terms
+                whose_it_is = whose.get(id(terms[number].regressor), {}) if number < len(terms) else {}
+                rows += [{**row, **whose_it_is} for row in rows_of(model, Chosen(block), fit)]
                 known.add(effect)
     rows += _kept(analysis.given.simulation)
     for discovery in found or ():

@@ -40,11 +40,11 @@ def of_load_motor(data: Dataset, given: Given, found: Sequence[Known]) -> float 
 
 
 def of_shaft(data: Dataset, given: Given, found: Sequence[Known], nameless: Sequence[Known]) -> float | None:
-    """Probability that the motor torque is explained better with what is ``nameless`` in the load torque as a load than
-    without it, beside what was ``found`` there; None where that may be chance, or cannot be asked. Only where the load
-    is kept at a level, and taken as its mean, do the two differ: elsewhere the sensor has read such a load.
+    """Probability that the motor torque is explained better with a ``nameless`` function of the load torque as a load
+    than without it, beside what was ``found`` there; None where that may be chance, or cannot be asked. Only where the
+    load is kept at a level, and taken as its mean, do the two differ: elsewhere the sensor has read such a load.
     """
-    return _better(data, given, [*found, *on_shaft(nameless)], found) if nameless else None
+    return _better(data, given, [*found, *on_shaft(nameless)], found)
 
 
 def _better(data: Dataset, given: Given, first: Sequence[Known], second: Sequence[Known]) -> float | None:
@@ -96,13 +96,15 @@ def _likely(probability: float) -> str:
     return f"{probability:.3f}" if probability < highest else f"above {highest:.4g}"
 
 
-def mark_load(outcome: ChannelOutcome, probability: float) -> None:
-    """Say in an outcome of the load torque, and in the rows of its simulation, that what has no name is a load."""
+def mark_load(outcome: ChannelOutcome, words: str, probability: float) -> None:
+    """Say in an outcome of the load torque, and in the rows of its simulation, that a function without a name, called
+    ``words``, is a load.
+    """
     outcome.notes.append(
-        "what the load torque has without a name turns the shaft: the motor torque of points left out is predicted"
+        f"{words} in the load torque is a load that turns the shaft: the motor torque of points left out is predicted"
         f" better with it as a load (probability {_likely(probability)})"
     )
     for number, found in enumerate(outcome.discoveries):
-        if found.effect == UNKNOWN:
+        if found.effect == UNKNOWN and found.words == words:
             rows = tuple(dict(row) | {ACTS_ON: SHAFT} for row in found.simulation_rows)
             outcome.discoveries[number] = replace(found, simulation_rows=rows)

@@ -53,11 +53,9 @@ class Quantity:
 
 def _above_last(words: str, seconds: float) -> Quantity:
     """The temperature above its own average (first-order lag of so many ``seconds``) over the campaign."""
-    return Quantity(
-        f"temperature above that of the last {words}",
-        "K",
-        lambda f: f.temperature - campaign_lag(f.temperature, f, seconds),
-    )
+    lagged = partial(campaign_lag, constant=seconds)
+    label = f"temperature above that of the last {words}"
+    return Quantity(label, "K", lambda f: f.temperature - through(_temperature, f, lagged))
 
 
 def _recent(words: str, unit: str, values: Callable[[Frame], FloatArray], seconds: float) -> Quantity:
@@ -81,6 +79,10 @@ def _impulse(limit: float) -> Quantity:
 
 def _angle(frame: Frame) -> FloatArray:
     return frame.q
+
+
+def _temperature(frame: Frame) -> FloatArray:
+    return frame.temperature
 
 
 def _load(frame: Frame) -> FloatArray:

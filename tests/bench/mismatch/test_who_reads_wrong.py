@@ -11,9 +11,13 @@ import pytest
 
 from bench.errors import ConfigurationError
 from bench.mismatch import who_reads_wrong
+from bench.mismatch.analysis import Analysis
 from bench.mismatch.given import Given, Known
 from bench.mismatch.prediction import corrected
+from bench.mismatch.regression.problem import BaseTerm
 from bench.mismatch.regression.regressors import Free, named
+from bench.mismatch.regression.search import begun
+from bench.mismatch.simulation_file import improved, recalibrated
 from bench.simulation.frame import Frame
 from bench.simulation.model import Simulation
 from bench.simulation.tables import Grid
@@ -108,17 +112,18 @@ def test_the_motor_torque_tells_whether_what_has_no_name_is_a_load(
     data = cast("Any", SimpleNamespace(rows=rows, simulated=frozenset(), folder=folder))
     given = cast("Any", SimpleNamespace(known={}))
     assert (who_reads_wrong.of_shaft(data, given, [], [own]) is not None) is is_load
-    assert who_reads_wrong.of_shaft(data, given, [], []) is None
 
 
 def test_a_load_without_a_name_is_one_in_the_file_as_well() -> None:
     row = Free(LOAD_TORQUE, (Grid(("seconds",), "1", ((0.0, 60.0),)),)).row(np.array([-6.0, 6.0]), np.zeros(2))
     row = {"effect": "unknown", **row}
-    discovery = cast("Any", Found("unknown", (row,)))
-    outcome = cast("Any", SimpleNamespace(notes=[], discoveries=[discovery, Found("te.offset", ())]))
-    who_reads_wrong.mark_load(outcome, 1.0)
-    assert "turns the shaft" in outcome.notes[0]
-    (marked,) = outcome.discoveries[0].simulation_rows
+    outcome = cast(
+        "Any", SimpleNamespace(notes=[], discoveries=[Found("unknown", w, (row,)) for w in ("hose", "zero")])
+    )
+    who_reads_wrong.mark_load(outcome, "hose", 1.0)
+    assert outcome.notes[0].startswith("hose in the load torque is a load that turns the shaft")
+    (marked,), (other,) = (d.simulation_rows for d in outcome.discoveries)
+    assert other == row
     assert [k.turns for k in given_of(row).known[LOAD_TORQUE]] == [False]
     assert [k.turns for k in given_of(marked).known[LOAD_TORQUE]] == [True]
     with pytest.raises(ConfigurationError, match="'acts_on': 'sensor' in a row, it should be 'shaft'"):
@@ -130,4 +135,20 @@ class Found:
     """What is asked of a discovery."""
 
     effect: str
+    words: str
     simulation_rows: tuple[dict[str, Any], ...]
+
+
+@pytest.mark.parametrize("key", [{"reported_by": "load_motor"}, {}])
+def test_a_file_that_is_calibrated_anew_keeps_whose_error_it_is(key: dict[str, str]) -> None:
+    frame = loaded(6)
+    given = given_of(ROW | key)
+    (term,) = given.known[LOAD_TORQUE]
+    y = 0.02 * frame.load_motor_level + np.random.default_rng(3).normal(0.0, 0.5, frame.size)
+    own = replace(problem(frame, y), channel=LOAD_TORQUE, base=(BaseTerm(term.regressor),))
+    search = begun(own)
+    analysis = Analysis(given, {LOAD_TORQUE: search})
+    for made in (recalibrated(analysis, None), improved(analysis, None)):
+        (again,) = Given.of(made).known[LOAD_TORQUE]
+        assert again.misread is (not key)
+        assert again.coefficients == pytest.approx(search.model.fit.of(search.model.base[0].indices)[0])

@@ -82,7 +82,7 @@ def test_an_impulse_of_rows_of_unequal_length_is_that_of_the_samples() -> None:
 def test_states_go_on_through_rows_that_lie_aside() -> None:
     beside = FRAME.recording == 1
     apart = replace(FRAME.take(~beside), aside=FRAME.take(beside))
-    for name in ("impulse_600Nms", "recent_torque_50s", "recent_speed_8s", "taken_along_200mrad"):
+    for name in ("impulse_600Nms", "recent_torque_50s", "recent_speed_8s", "taken_along_200mrad", "warming"):
         assert quantity(name, apart) == pytest.approx(quantity(name, FRAME)[~beside], abs=1e-9)
     assert gone_through(apart).torque == pytest.approx(FRAME.torque)
 
