@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from bench.mismatch.given import Known
+from bench.mismatch.prediction import evaluated
 from bench.mismatch.recordings.collected import Collected
 from bench.mismatch.recordings.motion import Manner
 from bench.mismatch.recordings.prepared import Folder, prepare
+from bench.mismatch.regression.regressors import Free
 from bench.recording import ChannelSpec, Recording, Segment, write_recording
+from bench.simulation.frame import gone_through
 from bench.simulation.quantities import quantity
+from bench.simulation.tables import Grid
 from bench.simulation.terms import TRANSMISSION_ERROR
 from tests.bench.recording import builders
 
@@ -49,3 +55,17 @@ def test_states_of_the_transmission_error_go_on_through_a_heating_run(tmp_path: 
 
 def test_a_heating_run_alone_has_no_transmission_error_to_compare(tmp_path: Path) -> None:
     assert TRANSMISSION_ERROR not in read(tmp_path, ("heating",)).rows
+
+
+def test_a_function_of_a_state_is_predicted_in_a_heating_run_and_beyond_it(tmp_path: Path) -> None:
+    rows = read(tmp_path, ("constant_velocity", "heating", "constant_velocity")).joined(TRANSMISSION_ERROR)
+    campaign = rows.frame
+    whole = gone_through(campaign)
+    grid = Grid(("impulse_25000Nms",), "1", ((-25000.0, 25000.0),))
+    known = Known(Free(TRANSMISSION_ERROR, (grid,)), np.array([-25e-6, 25e-6]))
+    for number in (0, 1, 2):
+        at = whole.recording == number
+        own = replace(whole.take(at), aside=None)
+        expected = 1e-9 * quantity("impulse_25000Nms", whole)[at]
+        assert evaluated(known, own, campaign) == pytest.approx(expected, abs=1e-8)
+    assert expected.min() > 1.9e-9 * LOAD * SIZE / RATE  # what came before is in it
