@@ -27,7 +27,7 @@ from bench.mismatch.recordings.rows import HEAT_S, Rows
 from bench.mismatch.regression.bank import Fit
 from bench.mismatch.regression.candidates import ROTATING
 from bench.mismatch.regression.hidden_states import with_states
-from bench.mismatch.regression.model import ChannelModel, fit_blocks
+from bench.mismatch.regression.model import ChannelModel, Chosen, fit_blocks
 from bench.mismatch.regression.nameless_heat import gain_heat, nameless_heat, nameless_load_heat
 from bench.mismatch.regression.nameless_load import nameless_load
 from bench.mismatch.regression.problem import CHANNELS, TORQUE_ZERO, BaseTerm, ChannelProblem
@@ -141,9 +141,9 @@ def analyse(
                 search = search if data.linear else with_states(search, seed)
             out.searches[channel], out.outcomes[channel] = search, _outcome_of(out, data, given, search, formulas, seed)
             if channel == LOAD_TORQUE:
-                acting = (*acting, *_acting(out, data, given, _known_of(search)))
-                loads, unsure = _loads(out, data, given, search.model, acting)
-                acting = (*acting, *loads)
+                known = _acting(out, data, given, _known_of(search))
+                loads, unsure = _loads(out, data, given, search.model, known)
+                acting = (*acting, *known, *loads)
                 in_angles = _excluded_delay(search)
                 shown = tuple(_shown_here_first([chosen.effect for chosen in search.model.chosen]))
             if channel == TEMPERATURE and MOTOR_TORQUE in out.searches:
@@ -331,25 +331,25 @@ def _heat(out: Analysis, data: Dataset, given: Given, rows: Rows, seed: int, ban
 
 def _known_of(search: Search) -> list[Known]:
     model = search.model
-    out = []
-    for chosen in model.chosen:
-        if chosen.effect.startswith((SENSOR, LOAD_SIDE)):
-            out += [Known(block.regressor, model.fit.of(block.indices)[0]) for block in chosen.blocks]
-    return out
+    found = (chosen for chosen in model.chosen if chosen.effect.startswith((SENSOR, LOAD_SIDE)))
+    return [known for chosen in found for known in _as_known(model, chosen)]
+
+
+def _as_known(model: ChannelModel, chosen: Chosen) -> list[Known]:
+    return [Known(block.regressor, model.fit.of(block.indices)[0]) for block in chosen.blocks]
 
 
 def _loads(
-    out: Analysis, data: Dataset, given: Given, model: ChannelModel, acting: Sequence[Known]
+    out: Analysis, data: Dataset, given: Given, model: ChannelModel, found: Sequence[Known]
 ) -> tuple[list[Known], ChannelModel]:
-    """Functions without a name of the load torque that are loads, beside what is known to be ``acting`` there; and the
-    model without them: of the others nothing tells an error of the sensor from a load.
+    """Functions without a name of the load torque that are loads, beside what was ``found`` there; and the model
+    without them: of the others nothing tells an error of the sensor from a load.
     """
-    beside = list(acting[len(given.known.get(LOAD_TORQUE, ())) :])
     loads: list[Known] = []
     unsure = list(model.chosen)
     for chosen in model.nameless:
-        one = [Known(b.regressor, model.fit.of(b.indices)[0]) for b in chosen.blocks]
-        probability = of_shaft(data, given, [*beside, *loads], one)
+        one = _as_known(model, chosen)
+        probability = of_shaft(data, given, [*found, *loads], one)
         if probability is not None:
             mark_load(out.outcomes[LOAD_TORQUE], chosen.main.regressor.words, probability)
             loads += on_shaft(one)

@@ -57,8 +57,7 @@ def _completed(analysis: Analysis, found: Sequence[Discovery] | None, gearbox: o
     for model in models.values():
         fit = model.fit if found is not None else analysis.plain.get(model.channel) or model.refitted([])
         whose = {id(k.regressor): k.whose for k in analysis.given.known.get(model.channel, ())}
-        terms = model.problem.base
-        for number, block in enumerate(model.base):
+        for block in model.base:
             effect = block.regressor.effect
             if effect in (NUISANCE, "te.offset", PARAMETER):
                 continue
@@ -66,9 +65,7 @@ def _completed(analysis: Analysis, found: Sequence[Discovery] | None, gearbox: o
             if isinstance(named, Named) and named.term.nominal:
                 out = _calibrated(out, model, block, fit)
             else:  # in force beyond the nominal terms, and calibrated with them
-                # what a search has put to the base stands behind its terms
-                whose_it_is = whose.get(id(terms[number].regressor), {}) if number < len(terms) else {}
-                rows += [{**row, **whose_it_is} for row in rows_of(model, Chosen(block), fit)]
+                rows += [row | whose.get(id(block.regressor), {}) for row in rows_of(model, Chosen(block), fit)]
                 known.add(effect)
     rows += _kept(analysis.given.simulation)
     for discovery in found or ():

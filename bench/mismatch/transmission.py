@@ -23,12 +23,13 @@ from bench.mismatch.problems import base_of
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.read_again import runs_of
 from bench.mismatch.recordings.rows import Rows, error_of_mean
+from bench.mismatch.regression.excess import levelled
 from bench.mismatch.regression.problem import CHANNELS, BaseTerm
 from bench.mismatch.unnamed.orders_of_tone import made_by_tone, tone_on_rows
 from bench.mismatch.unnamed.structure import examine, look_for_tone
 from bench.mismatch.unnamed.tones import Tone
 from bench.simulation import waves
-from bench.simulation.frame import FloatArray, IntArray
+from bench.simulation.frame import FloatArray
 from bench.simulation.terms import MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
 
 APART = 0.5
@@ -91,17 +92,17 @@ class Task:
         offset of the one before, where that may have misled the orders and less is left with the further one. It is
         made once, and once more if it was the first to find states.
         """
-        best, states = self._once(), False
+        best = self._once()
         while True:
-            known = misleading(best[0])
-            if known is None or (best[0].known is not None and known.states == states):
+            before, known = best[0].known, misleading(best[0])
+            if known is None or (before is not None and known.states == before.states):
                 return best
             assert best[0].offset is not None
             best[0].offset.close()
             again = self._once(known=known)
             if not _leaves_less(again[1], best[1]):
                 return best
-            best, states = again, known.states
+            best = again
 
     def _once(
         self, taken: FloatArray | None = None, known: KnownOffset | None = None
@@ -168,18 +169,12 @@ def _leaves_less(one: ChannelOutcome, other: ChannelOutcome) -> bool:
     rows, held = one.rows, one.held_out
     number = np.where(one.usable & ~held, rows.number, 0.0)
     recording = rows.frame.recording
-    gained = np.array([number @ _about_means(out.left, recording, number) ** 2 for out in (other, one)])
-    if gained[1] >= gained[0]:
+    less, more = (float(number @ levelled(out.left, rows.frame, number) ** 2) for out in (one, other))
+    if less >= more:
         return False
     better = (other.left**2 - one.left**2)[held]
     error = error_of_mean(better, recording[held], rows.number[held])
     return error is None or float(np.average(better, weights=rows.number[held])) > -criteria.ONE_ERROR * error
-
-
-def _about_means(values: FloatArray, recording: IntArray, number: FloatArray) -> FloatArray:
-    """Values (n,) of rows of ``number`` samples less the mean of each recording."""
-    mean = np.bincount(recording, number * values) / np.maximum(np.bincount(recording, number), 1e-300)
-    return np.asarray(values - mean[recording])
 
 
 def orders_of(model: TransmissionModel | None) -> tuple[float, ...]:

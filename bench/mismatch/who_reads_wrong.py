@@ -9,13 +9,13 @@ it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.discovery import ChannelOutcome
+from bench.mismatch.discovery import ChannelOutcome, Discovery
 from bench.mismatch.given import ACTS_ON, LOAD_MOTOR, REPORTED_BY, SENSOR, SHAFT, Given, Known
 from bench.mismatch.prediction import corrected
 from bench.mismatch.problems import problem_of
@@ -84,10 +84,7 @@ def mark(outcome: ChannelOutcome, probability: float) -> None:
         "the torque sensor reads right and the torque that the load motor reports is off: the motor torque of points "
         f"left out is predicted better with the load torque as read (probability {_likely(probability)})"
     )
-    for number, found in enumerate(outcome.discoveries):
-        if found.effect.startswith(SENSOR):
-            rows = tuple(dict(row) | {REPORTED_BY: LOAD_MOTOR} for row in found.simulation_rows)
-            outcome.discoveries[number] = replace(found, simulation_rows=rows)
+    _say(outcome, lambda found: found.effect.startswith(SENSOR), {REPORTED_BY: LOAD_MOTOR})
 
 
 def _likely(probability: float) -> str:
@@ -104,7 +101,12 @@ def mark_load(outcome: ChannelOutcome, words: str, probability: float) -> None:
         f"{words} in the load torque is a load that turns the shaft: the motor torque of points left out is predicted"
         f" better with it as a load (probability {_likely(probability)})"
     )
+    _say(outcome, lambda found: found.effect == UNKNOWN and found.words == words, {ACTS_ON: SHAFT})
+
+
+def _say(outcome: ChannelOutcome, of: Callable[[Discovery], bool], key: dict[str, str]) -> None:
+    """Put a ``key`` to the rows of the simulation that some discoveries of an outcome have."""
     for number, found in enumerate(outcome.discoveries):
-        if found.effect == UNKNOWN and found.words == words:
-            rows = tuple(dict(row) | {ACTS_ON: SHAFT} for row in found.simulation_rows)
+        if of(found):
+            rows = tuple(dict(row) | key for row in found.simulation_rows)
             outcome.discoveries[number] = replace(found, simulation_rows=rows)

@@ -11,14 +11,14 @@ and does not feel it otherwise.
 from __future__ import annotations
 
 import math
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bench.simulation import waves
-from bench.simulation.frame import Frame
+from bench.simulation.frame import ARRAYS, Frame
 from bench.simulation.laws import factor as law_factor
 from bench.simulation.states import Memory
 from bench.simulation.terms.base import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
@@ -57,7 +57,7 @@ def value(effect: Effect, frame: Frame) -> NDArray[np.float64]:
 def frame_of(size: int, ratio: float, values: dict[str, Any], memory: Memory | None = None) -> Frame:
     """Return a frame of ``size`` rows with the arrays given; the others are 0. ``memory``: states that go on."""
     arrays: dict[str, Any] = {}
-    for name in (f.name for f in fields(Frame) if f.name not in ("ratio", "aux", "memory", "aside")):
+    for name in ARRAYS:
         kind = np.int64 if name == "recording" else np.float64
         arrays[name] = np.ascontiguousarray(np.broadcast_to(np.asarray(values.get(name, 0), dtype=kind), (size,)))
     return Frame(ratio=ratio, memory=memory, **arrays)

@@ -34,11 +34,12 @@ from bench.mismatch.orders.unsure import Unsure, angle_of_rows, unsure
 from bench.mismatch.orders.weak import Stage, WeakOrder, search
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.course import added
+from bench.mismatch.regression.excess import excess
 from bench.mismatch.regression.maxima import tail
-from bench.mismatch.regression.model import plain_residual, widened
+from bench.mismatch.regression.model import plain_residual, predicted, sum_of_blocks, widened
 from bench.mismatch.regression.noise import Mixture, durations, usual_rate
 from bench.mismatch.regression.prior import calibrated_alone
-from bench.mismatch.regression.problem import NUISANCE, BaseTerm, ChannelProblem
+from bench.mismatch.regression.problem import BaseTerm, ChannelProblem
 from bench.mismatch.regression.search import searched
 from bench.mismatch.regression.state import Search
 from bench.simulation.frame import FloatArray, IntArray
@@ -208,20 +209,16 @@ def misleading(model: TransmissionModel) -> KnownOffset | None:
     if model.offset is None or model.quiet is None or model.price is None:
         return None
     offset, frame = model.offset.model, model.rows.frame
-    values = np.zeros(frame.size)
-    for block in offset.blocks():
-        # what the series may be wrong by is no part of the offset
-        if not isinstance(block.regressor, Unsure):
-            values += added(block.regressor, frame, offset.fit.of(block.indices)[0])
+    # what the series may be wrong by is no part of the offset
+    blocks = (b for b in offset.blocks() if not isinstance(b.regressor, Unsure))
+    values = sum_of_blocks(blocks, offset.fit, frame)
     more = values - (model.toneless - model.quiet)
     energy = 0.0
     for revolution in model.training_revolutions:
-        number, part = model.rows.number[revolution.rows], more[revolution.rows]
-        angle = frame.theta[revolution.rows]
+        number, angle = model.rows.number[revolution.rows], frame.theta[revolution.rows]
         # a level and a drift are fitted in each revolution beside the orders
-        line = np.column_stack([np.ones(angle.size), angle - angle[0]]) * np.sqrt(number)[:, None]
-        weighted = part * np.sqrt(number)
-        energy += float(np.sum((weighted - line @ np.linalg.lstsq(line, weighted, rcond=None)[0]) ** 2))
+        line = np.column_stack([np.ones(angle.size), angle - np.mean(angle)])
+        energy += float(number @ excess(more[revolution.rows], [line], number) ** 2)
     moved = energy / _floor(model) ** 2
     return KnownOffset(values, offset.problem.states, moved) if 0.5 * moved > model.price else None
 
@@ -473,11 +470,7 @@ def _offset_alone(model: TransmissionModel, y: FloatArray) -> FloatArray:
     wider = widened(bank, blocks, fit)
     if wider > 1.0:
         _, blocks, fit = calibrated_alone(problem, residual, wider)
-    out = np.zeros(y.size)
-    for block in blocks:
-        if block.regressor.effect != NUISANCE:
-            out += added(block.regressor, model.rows.frame, fit.of(block.indices)[0])
-    return out
+    return predicted(blocks, fit, model.rows.frame)
 
 
 __all__ = ["Given", "TransmissionModel", "analyse", "begun", "replace"]

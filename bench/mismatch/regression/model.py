@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -104,11 +104,7 @@ class ChannelModel:
 
     def contribution(self, chosen: Chosen, frame: Frame, fitted: Fit | None = None) -> FloatArray:
         """What an effect adds at the rows of a frame (n,)."""
-        used = self.fit if fitted is None else fitted
-        out = np.zeros(frame.size)
-        for block in chosen.blocks:
-            out += added(block.regressor, frame, used.of(block.indices)[0])
-        return out
+        return sum_of_blocks(chosen.blocks, self.fit if fitted is None else fitted, frame)
 
     @property
     def calibrated(self) -> tuple[Regressor, ...]:
@@ -149,13 +145,17 @@ def explained(model: ChannelModel) -> FloatArray:
     return out
 
 
-def predicted(blocks: Sequence[Block], fitted: Fit, frame: Frame) -> FloatArray:
-    """What fitted blocks say on the rows of a frame (n,), but for those that are no part of a simulation."""
+def sum_of_blocks(blocks: Iterable[Block], fitted: Fit, frame: Frame) -> FloatArray:
+    """What fitted blocks add together at the rows of a frame (n,)."""
     out = np.zeros(frame.size)
     for block in blocks:
-        if block.regressor.effect != NUISANCE:
-            out += added(block.regressor, frame, fitted.of(block.indices)[0])
+        out += added(block.regressor, frame, fitted.of(block.indices)[0])
     return out
+
+
+def predicted(blocks: Sequence[Block], fitted: Fit, frame: Frame) -> FloatArray:
+    """What fitted blocks say on the rows of a frame (n,), but for those that are no part of a simulation."""
+    return sum_of_blocks((b for b in blocks if b.regressor.effect != NUISANCE), fitted, frame)
 
 
 def of_start(problem: ChannelProblem, prediction: FloatArray) -> FloatArray:
