@@ -16,7 +16,7 @@ from bench.errors import ConfigurationError
 from bench.foreign.base import Base
 from bench.mismatch.orders.misread import ENCODER
 from bench.mismatch.orders.periodic import Pulse
-from bench.mismatch.regression.regressors import Free, Named, Regressor
+from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor
 from bench.mismatch.unnamed.formula_regressor import from_row
 from bench.simulation import tables, waves
 from bench.simulation.frame import FloatArray
@@ -123,6 +123,11 @@ class Given:
             effect = one.regressor.effect
             of_load_motor = _says(effect, row, REPORTED_BY, LOAD_MOTOR)
             on_shaft = _says(effect, row, ACTS_ON, SHAFT)
+            if on_shaft and (effect, channel) != (UNKNOWN, LOAD_TORQUE):
+                raise ConfigurationError(
+                    f"the simulation's term {effect} has '{ACTS_ON}' in a row of {channel}; only a function without a"
+                    f" name ({UNKNOWN}) of {LOAD_TORQUE} may have it"
+                )
             known.setdefault(channel, []).append(replace(one, of_load_motor=of_load_motor, on_shaft=on_shaft))
 
         for effect, term in model.terms.items():

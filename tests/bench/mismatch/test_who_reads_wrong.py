@@ -128,6 +128,10 @@ def test_a_load_without_a_name_is_one_in_the_file_as_well() -> None:
     assert [k.turns for k in given_of(marked).known[LOAD_TORQUE]] == [True]
     with pytest.raises(ConfigurationError, match="'acts_on': 'sensor' in a row, it should be 'shaft'"):
         given_of(row | {"acts_on": "sensor"})
+    with pytest.raises(ConfigurationError, match=r"sensor.torque_gain has 'acts_on' in a row of load_torque; only a"):
+        given_of(ROW | {"acts_on": "shaft"})
+    with pytest.raises(ConfigurationError, match=r"unknown has 'acts_on' in a row of motor_torque; only a function"):
+        given_of(row | {"acts_on": "shaft", "channels": ["motor_torque"]})
 
 
 @dataclass(frozen=True)
