@@ -264,9 +264,10 @@ def quantity(name: str, frame: Frame) -> FloatArray:
             raise ConfigurationError(f"the recordings have no quantity '{name}', which the simulation depends on")
         return frame.aux[plain]
     if name not in QUANTITIES:
+        states = [state_named("recent_speed", 50.0), state_named("taken_along", 0.02), state_named("impulse", 600.0)]
         raise ConfigurationError(
             f"there is no quantity '{name}', it should be one of {', '.join(QUANTITIES)}, or a state such as"
-            f" {state_named('recent_speed', 50.0)} or {state_named('taken_along', 0.02)}"
+            f" {', '.join(states)} (a whole number)"
         )
     return np.asarray(QUANTITIES[name].values(frame))
 
