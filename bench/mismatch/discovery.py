@@ -24,6 +24,8 @@ UNNAMED = "unknown"
 
 
 BURSTS, TONE = "bursts", "tone"
+BELOW, ABOVE = "below", "above"
+"""sides of a limit"""
 """names of looks at what is left"""
 
 
@@ -88,6 +90,10 @@ class Discovery:
     """whether what is left without an explanation depends on other quantities than this"""
     squares: tuple[float, float] | None = None
     """mean square per held-out sample without and with it, where rows are too coarse to show it"""
+    side: tuple[str, str, float] | None = None
+    """quantity, side (:data:`BELOW`, :data:`ABOVE`) and limit of the states in which it acts, where states tell that
+    and no course does
+    """
 
     @property
     def beyond(self) -> FloatArray:

@@ -11,7 +11,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import ndtr
 
+from bench.mismatch import criteria
 from bench.mismatch.regression.bank import RIDGE, Bank, Fit
 from bench.mismatch.regression.model import Block, ChannelModel, fit_blocks
 from bench.mismatch.regression.problem import NUISANCE
@@ -166,6 +168,23 @@ def weights(densities: FloatArray, seed: int, costs: FloatArray | None = None) -
     drawn -= drawn.max(axis=1, keepdims=True)
     odds = np.exp(drawn)
     return np.asarray((odds / odds.sum(axis=1, keepdims=True)).mean(axis=0))
+
+
+def surely_more(first: FloatArray, second: FloatArray, seed: int) -> bool:
+    """Whether ``first`` is more than ``second`` (folds,) in all, whichever points were drawn: by the standard errors
+    that are asked for, or in as many draws of the points again without the one that says most.
+
+    What a few points decide has a standard error as large as itself, however much each of them says. One point alone
+    decides nothing.
+    """
+    more, error = apart(first, second)
+    if more >= criteria.BESIDE_UNKNOWN_ERRORS * error:
+        return True
+    others = np.sort(first - second)[:-1]
+    if others.size < 2:
+        return False
+    drawn = np.random.default_rng(seed).dirichlet(np.ones(others.size), size=DRAWS) @ others
+    return float(np.mean(drawn <= 0.0)) <= float(ndtr(-criteria.BESIDE_UNKNOWN_ERRORS))
 
 
 def apart(first: FloatArray, second: FloatArray) -> tuple[float, float]:

@@ -18,7 +18,7 @@ from bench.mismatch.regression.beside import free_function, handicap_of, idle, i
 from bench.mismatch.regression.choosing import MOST_FORMS, MOST_REFINED, price_of_course
 from bench.mismatch.regression.description import description, prior_of
 from bench.mismatch.regression.equivalent import heirs_of, holds, numbers_of, predict_alike
-from bench.mismatch.regression.folds import apart, weights
+from bench.mismatch.regression.folds import apart, surely_more, weights
 from bench.mismatch.regression.heredity import orphaned, without
 from bench.mismatch.regression.model import ChannelModel, Chosen
 from bench.mismatch.regression.refine import strained
@@ -41,7 +41,8 @@ WORTH_A_LOOK = 0.2
 @dataclass(frozen=True, slots=True)
 class Contender:
     """An alternative in an effect's place: log predictive density (folds,), what it loses in all, its standard error,
-    weight, whether the recordings cannot tell it from the effect.
+    weight, whether the recordings cannot tell it from the effect; whether it predicts points left out worse than the
+    effect, or better, whichever were drawn (:func:`bench.mismatch.regression.folds.surely_more`).
     """
 
     chosen: Chosen
@@ -50,6 +51,8 @@ class Contender:
     error: float
     weight: float
     as_good: bool
+    surely_worse: bool = False
+    surely_better: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,13 +120,15 @@ def _slot(search: Search, tested: Chosen, whole: FloatArray, number: int) -> Slo
     for k, (chosen, density) in enumerate(zip(found, densities, strict=True)):
         loss, error = apart(whole, density)
         odds = worth(share[k + 1], chosen) / max(worth(share[0], tested), 1e-300)
+        worse = surely_more(whole, density, search.seed + number)
         near = unturned and _of_the_torque(chosen) and loss < gain - loss
         # what says with more numbers what the effect says is no other explanation
         if not near and heirs.get(k + 1) != 0:
-            near = called_as_good(tested, chosen, float(odds), loss, error, at_its_end)
+            near = called_as_good(tested, chosen, float(odds), loss, worse, at_its_end)
             doubtful = chosen.effect != UNKNOWN and criteria.VERY_STRONG <= loss < 2.0 * criteria.VERY_STRONG
             near = near or (doubtful and predict_alike(model, others, rated, chosen))
-        alternatives.append(Contender(chosen, density, loss, error, float(share[k + 1]), near))
+        better = surely_more(density, whole, search.seed + number)
+        alternatives.append(Contender(chosen, density, loss, error, float(share[k + 1]), near, worse, better))
     plainer = alternatives[heirs[0] - 1] if 0 in heirs else None
     alternatives.sort(key=lambda r: r.loss)
     last = search.scans[-1] if search.scans else seen
@@ -131,16 +136,16 @@ def _slot(search: Search, tested: Chosen, whole: FloatArray, number: int) -> Slo
 
 
 def called_as_good(
-    tested: Chosen, other: Chosen, odds: float, loss: float, error: float, at_its_end: bool = False
+    tested: Chosen, other: Chosen, odds: float, loss: float, surely: bool, at_its_end: bool = False
 ) -> bool:
     """Whether another explanation is not told apart from an effect: its ``odds`` against it, and its ``loss`` of log
-    density at points left out with the standard ``error``.
+    density at points left out, ``surely`` whichever of them were drawn.
 
     Between two names a small loss may be that of two forms, of which nature has neither; and one that a few points may
     have made by chance has to be twice as large. Of a name ``at_its_end``, the end of its range, where it turns into
     another, whatever a few points may have made by chance says nothing.
     """
-    by_chance = loss < criteria.BESIDE_UNKNOWN_ERRORS * error
+    by_chance = not surely
     enough = (2.0 if by_chance else 1.0) * criteria.VERY_STRONG
     both_named = UNKNOWN not in (tested.effect, other.effect)
     return odds > criteria.AS_GOOD or (both_named and (loss < enough or (by_chance and at_its_end)))

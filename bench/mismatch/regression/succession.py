@@ -11,6 +11,7 @@ from bench.mismatch.regression.description import description
 from bench.mismatch.regression.equivalent import explains_most
 from bench.mismatch.regression.heredity import laws, without
 from bench.mismatch.regression.model import ChannelModel, Chosen
+from bench.mismatch.regression.one_law import one_or_two
 from bench.mismatch.regression.one_way import named_by_course
 from bench.mismatch.regression.pruning import no_mere_form
 from bench.mismatch.regression.refine import strained
@@ -44,20 +45,24 @@ def settle(search: Search) -> list[Slot]:
 
 def _succeeded(search: Search) -> list[Slot]:
     """The slots of the effects when each has what takes its place."""
+    one_or_two(search)
     _name_by_course(search)
     _without_needless_corrections(search)
     found = slots(search)
-    for _ in range(2 * len(search.model.chosen)):
+    # two effects may take each other's place for ever; one that goes leaves a smaller model
+    exchanges = 2 * len(search.model.chosen)
+    while True:
         model = search.model
-        chosen = next((successor for slot in found if (successor := _succession(model, slot)) is not None), None)
+        successors = (successor for slot in found if (successor := _succession(model, slot)) is not None)
+        chosen = next((s for s in successors if exchanges > 0 or len(s) < len(model.chosen)), None)
         if chosen is None:
-            break
+            return found
+        exchanges -= 1
         chosen = no_mere_form(search, chosen)
         search.model = replace(model, chosen=chosen, fit=model.refitted(chosen))
         _name_by_course(search)
         _without_needless_corrections(search)
         found = slots(search)
-    return found
 
 
 def _without_needless_corrections(search: Search) -> None:
@@ -133,8 +138,7 @@ def _succession(model: ChannelModel, slot: Slot) -> list[Chosen] | None:
         return others
     # beside another function without a name that name would be a part of the unknown again
     beside = any(without_a_name(c) for c in others)
-    sure = -best.loss >= criteria.BESIDE_UNKNOWN_ERRORS * best.error
-    return [*others, best.chosen] if sure or not beside or explains_most(model, best.chosen) else None
+    return [*others, best.chosen] if best.surely_better or not beside or explains_most(model, best.chosen) else None
 
 
 def _by_chance(slot: Slot) -> bool:
@@ -172,4 +176,4 @@ def _part_of_the_unknown(model: ChannelModel, slot: Slot, nameless: Contender) -
     if slot.chosen.effect == UNKNOWN or slot.chosen.nominal:
         return False
     beside = any(without_a_name(c) for c in model.chosen)
-    return beside and nameless.loss < criteria.BESIDE_UNKNOWN_ERRORS * nameless.error
+    return beside and not nameless.surely_worse

@@ -8,8 +8,9 @@ from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from bench.mismatch.discovery import NAMED, UNNAMED, ChannelOutcome, Discovery
+from bench.mismatch.discovery import BELOW, NAMED, UNNAMED, ChannelOutcome, Discovery
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.report.figures import energy
 from bench.mismatch.report.smallest import interval, pieces, steps
@@ -29,6 +30,8 @@ PARTS = 60
 """of the range over which a step is looked for"""
 JUST_AFTER = ("since_reversal",)
 """variables of effects that act just after a start or a reversal"""
+LOAD = "load"
+"""quantity that is the size of the load torque, whichever its sign"""
 DELAY = "sensor.timing_skew"
 """effect that goes with the rate of the load torque"""
 BOTH, POSITIVE, NEGATIVE = "both", "positive", "negative"
@@ -109,6 +112,8 @@ def _ranges(
 ) -> dict[str, Range]:
     """Smallest ranges of the quantities a discovery depends on, that together hold nine tenths of its energy."""
     frame = outcome.rows.frame
+    if discovery.side is not None:
+        return _of_side(*discovery.side, frame, outcome.usable & (outcome.rows.number > 0))
     step = STEPS.get(discovery.effect) if discovery.status == NAMED else None
     if step is not None:
         weight = np.where(outcome.usable, outcome.rows.number, 0.0)
@@ -134,6 +139,19 @@ def _ranges(
         found = interval(values[name], np.where(inside, energies, 0.0), HELD * total)
         out[name] = found or out[name]
     return out
+
+
+def _of_side(name: str, side: str, limit: float, frame: Frame, usable: NDArray[np.bool_]) -> dict[str, Range]:
+    """All states on one side of a limit that the ``usable`` rows (n,) have: where nothing but states tells where it
+    acts, those of a few settings stand for what lies between them and the limit.
+    """
+    target = variable(name).range
+    if target not in RANGES:
+        return {}
+    low, high = _span(levels(frame, target)[usable])
+    if name == LOAD:
+        return {target: (max(low, -limit), min(high, limit)) if side == BELOW else (low, high)}
+    return {target: (low, limit) if side == BELOW else (limit, high)}
 
 
 def _heat(discovery: Discovery) -> bool:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from bench.mismatch import criteria
+from bench.mismatch.discovery import ABOVE, BELOW
 from bench.mismatch.recordings.vibration import NYQUIST_SHARE, Density
 from bench.mismatch.regression.maxima import tail_probability
 from bench.mismatch.regression.noise import LOWEST_HZ
@@ -30,7 +31,6 @@ ABOUT = 41
 """frequencies whose median tells the noise at one"""
 UNITS = {"speed": "rad/s", "torque": "N*m", "load": "N*m", "temperature": "°C", "time": "s of the campaign"}
 """of the states"""
-SMALL, LARGE = "below", "above"
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,10 +65,10 @@ def scatter(densities: Sequence[Density], frame: Frame, steady: FloatArray, seed
     size = (1.0 + np.argsort(np.argsort(squares))).astype(np.float64)
     states = _states(usable, frame, steady)
     cuts = [
-        (name, side, order[:k] if side == SMALL else order[::-1][:k], _limit(values, order, k, side))
+        (name, side, order[:k] if side == BELOW else order[::-1][:k], _limit(values, order, k, side))
         for name, values in states
         for order in [np.argsort(values, kind="stable")]
-        for side in (SMALL, LARGE)
+        for side in (BELOW, ABOVE)
         for k in range(FEWEST_LOUD, len(usable) // 2 + 1)
         if _parted(values, order, k, side)
     ]
@@ -83,7 +83,7 @@ def scatter(densities: Sequence[Density], frame: Frame, steady: FloatArray, seed
     largest = _differences(inside, shuffled).max(axis=1)
     loudest = int(np.argmax(found))
     name, side, chosen, limit = cuts[loudest]
-    if (name, side) == ("speed", LARGE):
+    if (name, side) == ("speed", ABOVE):
         return None
     others = np.setdiff1d(np.arange(len(usable)), chosen)
     usual = float(np.median(squares[others]))
@@ -139,13 +139,13 @@ def _states(densities: Sequence[Density], frame: Frame, steady: FloatArray) -> l
 
 def _parted(values: FloatArray, order: IntArray, k: int, side: str) -> bool:
     """Whether a state's values differ at the cut: recordings of one setting stay together."""
-    at = k if side == SMALL else values.size - k
+    at = k if side == BELOW else values.size - k
     below, above = float(values[order[at - 1]]), float(values[order[at]])
     return above - below > 1e-2 * max(abs(below), abs(above))
 
 
 def _limit(values: FloatArray, order: IntArray, k: int, side: str) -> float:
-    at = k if side == SMALL else values.size - k
+    at = k if side == BELOW else values.size - k
     return float(0.5 * (values[order[at - 1]] + values[order[at]]))
 
 

@@ -344,6 +344,7 @@ def _of_scatter(found: Scatter, outcome: ChannelOutcome) -> Discovery:
         excess=np.asarray(alike[recording]),
         everywhere=np.asarray(size[recording]),
         squares=_unchanged(outcome),
+        side=(found.quantity, found.side, found.limit),
     )
 
 

@@ -69,6 +69,8 @@ class Form:
     """least and most of the second coefficient over the first, where the first is positive; None where it may be any"""
     shares: str = ""
     """nominal term whose first coefficient its own is; empty where it is free"""
+    says: tuple[str, ...] = ()
+    """other effects that this form says as well: one law in place of theirs and its own"""
     blur: float = 0.0
     """share of the first of ``nonlinear`` by which the form leaves it open, for it does not follow its input to that"""
 

@@ -78,7 +78,7 @@ def _rows() -> tuple[Kind, ...]:
         row("run_in", "friction.run_in", motor, "amplitude distance", "wears in, exponential in distance", True),
         row("run_in_power", "friction.run_in", motor, "amplitude distance", "wears in, power of distance"),
         row("dahl", "friction.presliding", motor, "amplitude angle", "Dahl", True),
-        row("lugre", "friction.presliding", motor, "amplitude angle boost speed", "LuGre with Stribeck's curve"),
+        row("lugre", "friction.presliding", motor, "amplitude angle boost speed", "LuGre with Stribeck's curve", True),
         row("maxwell", "friction.presliding", motor, "amplitude angle", "generalised Maxwell slip, four elements"),
         row("flash", "unknown", motor, "amplitude softening capacity time", "film that heats, thins and slows"),
         row("thixotropy", "unknown", motor, "amplitude healing breaking", "grease broken in motion, healed at rest"),

@@ -1,6 +1,7 @@
 """Every term of the library: what it offers is finite, of the right shape, and documented."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -108,6 +109,40 @@ def test_friction_that_builds_up_goes_on_from_the_recording_before() -> None:
         # the friction of the last motion is still there: nothing is missing where that goes on, twice where it turns
         assert kept[begin] == pytest.approx(-now * (0.0 if before == now else 2.0), abs=0.2)
         assert abs(fresh[begin]) == pytest.approx(1.0, abs=0.2)
+
+
+def test_springs_that_stretch_to_a_stribeck_curve_end_on_it() -> None:
+    """One way at one speed for long, then the other: h*d where they are stretched; a Dahl spring where there is none
+    of it (LuGre: Canudas de Wit et al., IEEE TAC 40 (1995) 419, equations 2 and 3).
+    """
+    forms = {form.name: form for form in LIBRARY["friction.presliding"].forms["motor_torque"]}
+    assert all(forms[name].says == ("friction.stribeck",) for name in ("lugre", "lugre_kept"))
+    rows, rate = 4000, 0.01
+    speed = np.where(np.arange(rows) < rows // 2, 5.0, -5.0)
+    one = frame()
+    phi = np.cumsum(speed * rate)
+    every = one.take(np.zeros(rows, dtype=np.int64))
+    every = replace(
+        every,
+        velocity=speed / every.ratio,
+        direction=np.sign(speed).astype(np.int64),
+        theta=phi / every.ratio,
+        q=phi / every.ratio,
+        step=np.full(rows, rate),
+        time=rate * np.arange(rows),
+        elapsed=rate * np.arange(rows),
+    )
+    scale, higher, stribeck = 2.0, 0.6, 8.0
+    found = forms["lugre"].columns(every, (scale, higher, stribeck))[:, 0]
+    h = 1.0 + higher * np.exp(-((5.0 / stribeck) ** 2))
+    assert found[rows // 2 - 1] == pytest.approx(h - 1.0, rel=1e-6)
+    assert found[-1] == pytest.approx(-(h - 1.0), rel=1e-6)
+    # dz = (1 - z*sgn(dx)/h)*dx/s_d from h, turned: z = -h + 2*h*exp(-x/(s_d*h))
+    turned = np.arange(1, 200) * 5.0 * rate
+    z = found[rows // 2 : rows // 2 + 199] - 1.0
+    assert z == pytest.approx(-h + 2.0 * h * np.exp(-turned / (scale * h)), abs=1e-9)
+    dahl = forms["dahl"].columns(every, (scale,))[:, 0]
+    assert forms["lugre"].columns(every, (scale, 0.0, stribeck))[:, 0] == pytest.approx(dahl)
 
 
 def test_a_friction_over_the_angle_that_grows_with_the_load_has_symbols_that_the_equation_shows() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 
 from bench.simulation.frame import FloatArray, Frame
@@ -15,6 +17,8 @@ from bench.simulation.terms.base import (
     Term,
     columns,
     logarithmic,
+    slow_speed,
+    top,
 )
 
 SHORTEST, LONGEST = 0.05, 40.0
@@ -25,6 +29,10 @@ JUST_AFTER_S = 1.5
 """after a reversal, in which friction builds up"""
 PART = 300.0
 """part of the distance between two reversals that is still looked at"""
+HIGHER = (0.25, 1.0)
+"""by how much friction at standstill is above that in motion: shares of this that are tried"""
+STRIBECK = "friction.stribeck"
+"""id of the friction that decays with speed, without springs"""
 
 
 def _grid(frame: Frame) -> tuple[Point, ...]:
@@ -61,6 +69,27 @@ def _dahl(between: Between) -> Columns:
     return state_columns
 
 
+def _lugre_grid(frame: Frame) -> tuple[Point, ...]:
+    slowest = slow_speed(frame.omega)
+    speeds = logarithmic(3.0 * slowest, max(min(0.5 * top(frame.omega), 40.0 * slowest), 6.0 * slowest), 3)
+    return tuple((s, b, w) for (s,), b, (w,) in product(_grid(frame)[::2], HIGHER, speeds))
+
+
+def _lugre(between: Between) -> Columns:
+    """The springs stretch to the Stribeck curve in place of the Coulomb friction: a state that forgets less than it
+    would otherwise where that is higher.
+    """
+
+    def state_columns(frame: Frame, point: Point) -> FloatArray:
+        scale, higher, speed = point
+        above = higher * np.exp(-((np.abs(frame.omega) / speed) ** 2))
+        rate = -above / (1.0 + above) * np.abs(frame.omega) / scale
+        state = relaxing(frame.theta * frame.ratio, frame, scale, between, rate)
+        return columns(np.where(frame.direction != 0, state - frame.direction, 0.0))
+
+    return state_columns
+
+
 def _since_reversal(frame: Frame, point: Point) -> FloatArray:
     lag = np.exp(-frame.reversal_travel * frame.ratio / point[0]) * frame.reversed_before
     return columns(-frame.direction * lag)
@@ -74,7 +103,11 @@ def _linear(frame: Frame, point: Point) -> FloatArray:
 F_D = Symbol("f_d", "N*m", "friction that needs a distance to build up", 0.0)
 S_D = Symbol("s_d", "rad", "distance at the motor shaft over which it builds up", 0.0)
 
-_DAHL = "tau_m += f_d*(z - d), dz = (1 - z*sgn(dx))*dx/s_d, x = phi, nothing at standstill"
+B_S = Symbol("b_s", "1", "share by which friction at standstill is above that in motion", 0.0)
+W_S = Symbol("w_s", "rad/s", "Stribeck speed of the motor shaft", 0.0)
+
+_LUGRE = "tau_m += f_d*(z - d), dz = (1 - z*sgn(dx)/h)*dx/s_d, h = 1 + b_s*exp(-(w_m/w_s)**2), x = phi, nothing at rest"
+_DAHL = "tau_m += f_d*(z - d), dz = (1 - z*sgn(dx))*dx/s_d, x = phi, nothing at rest"
 _WAY = "x: way of the motor since the start and each reversal"
 
 TERM = Term(
@@ -96,6 +129,26 @@ TERM = Term(
                 remembers=True,
                 jumps=True,
                 equation=f"{_DAHL}, {begins('z', 'kept')}",
+            ),
+            Form(
+                "lugre",
+                _lugre("fresh"),
+                (F_D,),
+                (S_D, B_S, W_S),
+                _lugre_grid,
+                says=(STRIBECK,),
+                equation=f"{_LUGRE}, {begins('z', 'fresh')}",
+            ),
+            Form(
+                "lugre_kept",
+                _lugre("kept"),
+                (F_D,),
+                (S_D, B_S, W_S),
+                _lugre_grid,
+                remembers=True,
+                jumps=True,
+                says=(STRIBECK,),
+                equation=f"{_LUGRE}, {begins('z', 'kept')}",
             ),
             Form(
                 "reversal",

@@ -11,7 +11,7 @@ from bench.simulation.terms.base import TRANSMISSION_ERROR, Form, Point, Symbol,
 def _scales(frame: Frame) -> tuple[Point, ...]:
     largest = top(frame.torque)
     # a range may be left by half: what is passed beyond a fifth of the largest torque is stiffness, not lost motion
-    return logarithmic(0.025 * largest, 0.133 * largest, 7)
+    return logarithmic(0.01 * largest, 0.133 * largest, 9)
 
 
 def _tanh(frame: Frame, point: Point) -> FloatArray:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from bench.mismatch.regression.bank import RIDGE, Bank, fit
-from bench.mismatch.regression.folds import apart, predictive, to_be_beaten, weights
+from bench.mismatch.regression.folds import apart, predictive, surely_more, to_be_beaten, weights
 from bench.mismatch.regression.model import Block, ChannelModel, fit_blocks
 from bench.simulation.frame import FloatArray
 from tests.bench.mismatch.regression.synthetic import banked, campaign, problem
@@ -163,3 +163,21 @@ def test_a_model_that_predicts_better_everywhere_has_all_the_weight() -> None:
     assert share[0] > 0.99
     assert weights(np.array([good, good]), 1) == pytest.approx([0.5, 0.5])
     assert apart(good + 2.0, good) == (24.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("difference", "surely"),
+    [
+        # two standard errors
+        (np.random.default_rng(3).normal(1.0, 1.0, 40), True),
+        (np.random.default_rng(3).normal(0.1, 1.0, 40), False),
+        # three recordings with reversals say it all, and each says it: their standard error is as large as they are
+        (np.r_[np.random.default_rng(3).normal(0.0, 1.0, 37), 400.0, 900.0, 1600.0], True),
+        # one says it all
+        (np.r_[np.random.default_rng(4).normal(0.0, 1.0, 39), 1600.0], False),
+        # three say it, and two say the contrary
+        (np.r_[np.random.default_rng(3).normal(0.0, 1.0, 35), 400.0, 900.0, 1600.0, -700.0, -500.0], False),
+    ],
+)
+def test_a_few_points_decide_where_each_of_them_says_it(difference: FloatArray, surely: bool) -> None:
+    assert surely_more(difference, np.zeros(difference.size), 1) is surely

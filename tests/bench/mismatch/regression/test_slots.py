@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from bench.mismatch import criteria
-from bench.mismatch.regression import slots
+from bench.mismatch.regression import slots, succession
 from bench.mismatch.regression.beside import in_its_form, shaped
 from bench.mismatch.regression.equivalent import heirs_of, holds, predict_alike
 from bench.mismatch.regression.heredity import without_laws
@@ -80,23 +80,22 @@ def test_of_two_functions_without_a_name_the_likelier_stays(weight: float, gone:
 
 
 @pytest.mark.parametrize(
-    ("effect", "beside", "loss", "part"),
+    ("effect", "beside", "surely", "part"),
     [
-        # two standard errors of 10
-        ("thermal.convection_speed", "unknown", 15.0, True),
-        ("thermal.convection_speed", "unknown", 25.0, False),
-        ("thermal.convection_speed", "thermal.second_mass", 15.0, False),
+        ("thermal.convection_speed", "unknown", False, True),
+        ("thermal.convection_speed", "unknown", True, False),
+        ("thermal.convection_speed", "thermal.second_mass", False, False),
         # the simulation has it: that it is asked for is no surprise
-        ("thermal.convection", "unknown", 15.0, False),
-        ("unknown", "unknown", 15.0, False),
+        ("thermal.convection", "unknown", False, False),
+        ("unknown", "unknown", False, False),
     ],
 )
 def test_a_name_beside_unknown_physics_has_to_beat_a_free_function(
-    effect: str, beside: str, loss: float, part: bool
+    effect: str, beside: str, surely: bool, part: bool
 ) -> None:
     own, other = chosen(effect), chosen(beside)
     model = cast("Any", SimpleNamespace(chosen=[own, other] if effect != "unknown" else [own]))
-    nameless = Contender(chosen("unknown"), np.zeros(0), loss, 10.0, 0.1, False)
+    nameless = Contender(chosen("unknown"), np.zeros(0), 15.0, 10.0, 0.1, False, surely_worse=surely)
     assert _part_of_the_unknown(model, Slot(own, 50.0, 0.001, 0.9, (nameless,)), nameless) is part
 
 
@@ -196,30 +195,30 @@ def test_a_law_of_no_size_is_not_reported_for_the_sake_of_its_change(viscous: fl
 
 
 @pytest.mark.parametrize(
-    ("other", "odds", "loss", "error", "as_good"),
+    ("other", "odds", "loss", "surely", "as_good"),
     [
-        ("thermal.second_mass", 0.3, 8.0, 1.0, True),
+        ("thermal.second_mass", 0.3, 8.0, True, True),
         # forty to one, but the forms of two names differ by as much from nature's
-        ("thermal.second_mass", 0.025, 3.7, 1.0, True),
-        ("thermal.second_mass", 0.006, 5.1, 1.0, False),
+        ("thermal.second_mass", 0.025, 3.7, True, True),
+        ("thermal.second_mass", 0.006, 5.1, True, False),
         # a few points make such a difference by chance
-        ("thermal.second_mass", 0.006, 7.0, 4.0, True),
-        ("thermal.second_mass", 0.006, 11.0, 6.0, False),
+        ("thermal.second_mass", 0.006, 7.0, False, True),
+        ("thermal.second_mass", 0.006, 11.0, False, False),
         # a function without a name has no form that could be another
-        ("unknown", 0.025, 3.7, 4.0, False),
-        ("unknown", 0.3, 1.2, 1.0, True),
+        ("unknown", 0.025, 3.7, False, False),
+        ("unknown", 0.3, 1.2, True, True),
     ],
 )
-def test_who_is_as_good(other: str, odds: float, loss: float, error: float, as_good: bool) -> None:
-    assert called_as_good(chosen("thermal.convection_speed"), chosen(other), odds, loss, error) is as_good
+def test_who_is_as_good(other: str, odds: float, loss: float, surely: bool, as_good: bool) -> None:
+    assert called_as_good(chosen("thermal.convection_speed"), chosen(other), odds, loss, surely) is as_good
 
 
 def test_of_a_name_at_the_end_of_its_range_chance_tells_no_other_apart() -> None:
     own, other = chosen("thermal.second_mass"), chosen("thermal.convection_speed")
-    assert not called_as_good(own, other, 0.006, 16.0, 10.0)
-    assert called_as_good(own, other, 0.006, 16.0, 10.0, at_its_end=True)
-    assert not called_as_good(own, other, 0.006, 30.0, 10.0, at_its_end=True)
-    assert not called_as_good(own, chosen("unknown"), 0.006, 16.0, 10.0, at_its_end=True)
+    assert not called_as_good(own, other, 0.006, 16.0, surely=False)
+    assert called_as_good(own, other, 0.006, 16.0, surely=False, at_its_end=True)
+    assert not called_as_good(own, other, 0.006, 16.0, surely=True, at_its_end=True)
+    assert not called_as_good(own, chosen("unknown"), 0.006, 16.0, surely=False, at_its_end=True)
 
 
 @pytest.mark.parametrize(("worth", "taken"), [((10.0, 9.0), 1), ((10.0, 4.0), 0), ((9.0, 10.0), 1)])
@@ -291,6 +290,23 @@ def test_a_name_gives_way_to_one_that_is_far_likelier(other: float, taken: bool)
 )
 def test_what_gains_no_more_than_noise_beside_all_others_goes(effect: str, p_value: float, gone: bool) -> None:
     assert _by_chance(Slot(chosen(effect), 3.0, p_value, 0.9, ())) is gone
+
+
+def test_what_gains_no_more_than_noise_goes_after_every_exchange(monkeypatch: pytest.MonkeyPatch) -> None:
+    # found as a function, exchanged twice, and its last name is no more than chance
+    effects = [chosen("unknown"), chosen("unknown"), chosen("thermal.convection_speed")]
+    met = iter(effects)
+    model = SimpleNamespace(chosen=[next(met)], refitted=lambda _: None)
+    search = SimpleNamespace(model=model)
+    monkeypatch.setattr(succession, "one_or_two", lambda _: None)
+    monkeypatch.setattr(succession, "_name_by_course", lambda _: None)
+    monkeypatch.setattr(succession, "_without_needless_corrections", lambda _: None)
+    monkeypatch.setattr(succession, "no_mere_form", lambda _, found: found)
+    monkeypatch.setattr(succession, "replace", lambda old, **new: SimpleNamespace(**{**vars(old), **new}))
+    monkeypatch.setattr(succession, "slots", lambda of: [Slot(c, 3.0, 0.4, 0.9, ()) for c in of.model.chosen])
+    monkeypatch.setattr(succession, "_succession", lambda _, slot: [] if slot.chosen is effects[-1] else [next(met)])
+    assert succession._succeeded(cast("Any", search)) == []
+    assert search.model.chosen == []
 
 
 @pytest.mark.parametrize(("apart", "alike"), [(0.005, True), (0.02, False)])

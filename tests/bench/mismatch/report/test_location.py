@@ -59,6 +59,29 @@ def test_slow_friction_is_below_a_speed_and_everywhere_else() -> None:
     assert text(where) == "below 3.44 deg/s, both directions, all loads, all temperatures"
 
 
+@pytest.mark.parametrize(
+    ("side", "name", "limits"),
+    [
+        (("speed", "below", 0.08), "velocity", (0.02, 0.08)),
+        (("speed", "above", 0.08), "velocity", (0.08, 0.17)),
+        (("load", "below", 700.0), "load_torque", (-700.0, 700.0)),
+        (("load", "above", 700.0), "load_torque", (-1000.0, 1000.0)),
+        (("torque", "below", -600.0), "load_torque", (-1000.0, -600.0)),
+    ],
+)
+def test_states_that_lie_on_one_side_of_a_limit_are_all_of_that_side(
+    side: tuple[str, str, float], name: str, limits: tuple[float, float]
+) -> None:
+    """Scatter at one set speed, and none at the next: the place is all below what lies between."""
+    frame = made.campaign()
+    course = np.where(np.abs(frame.velocity) < 0.03, 0.1, 0.0)
+    found = replace(made.discovery("motor_torque", "unknown", course, (side[0],)), side=side)
+    where, _ = _placed(found, frame)
+    assert where.ranges[name] == pytest.approx(limits)
+    others = {"velocity", "load_torque", "temperature"} - {name}
+    assert all(where.ranges[other] == where.span[other] for other in others)
+
+
 def test_recordings_are_those_of_the_largest_energy_in_order() -> None:
     frame = made.campaign()
     found = made.discovery("motor_torque", "friction.stribeck", made.stribeck(frame) * frame.temperature, ("speed",))
