@@ -40,15 +40,16 @@ static double table(int n, const int *sizes, const double *const *knots, const d
 }
 
 /* States: z[0] is 1 once they have begun; each is called once a sample, dt is the time since the sample before. */
-static double relaxing(double *z, double dt, double x, double rate, double scale, double from_zero)
+static double relaxing(double *z, double dt, double x, double rate, double height, double scale,
+                       double from_zero)
 {
     if (z[0] == 0.0) { z[0] = 1.0; z[1] = from_zero != 0.0 ? 0.0 : x; z[2] = 0.0; }
     double step = x - z[1];
     z[1] = x;
-    double share = fabs(step) / scale, forgotten = rate * dt;
-    if (share + forgotten != 0.0) {
-        double target = sign(step) * share / (share + forgotten);
-        z[2] = target + (z[2] - target) * exp(-share - forgotten);
+    double push = fabs(step) / scale, loss = push / height + rate * dt;
+    if (loss != 0.0) {
+        double target = sign(step) * push / loss;
+        z[2] = target + (z[2] - target) * exp(-loss);
     }
     return z[2];
 }

@@ -58,22 +58,23 @@ _FUNCTIONS = """
   function relaxing
     extends State;
     input Real rate;
+    input Real height;
     input Real scale;
     input Real from_zero;
   protected
     Real step;
-    Real share;
-    Real forgotten;
+    Real push;
+    Real loss;
     Real target;
   algorithm
     y := if z[1] > 0 then z else {1, if from_zero > 0 then 0 else x, 0};
     step := x - y[2];
     y[2] := x;
-    share := abs(step)/scale;
-    forgotten := rate*dt;
-    if share + forgotten > 0 then
-      target := sign(step)*share/(share + forgotten);
-      y[3] := target + (y[3] - target)*exp(-share - forgotten);
+    push := abs(step)/scale;
+    loss := push/height + rate*dt;
+    if loss > 0 then
+      target := sign(step)*push/loss;
+      y[3] := target + (y[3] - target)*exp(-loss);
     end if;
   end relaxing;
 

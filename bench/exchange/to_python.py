@@ -46,14 +46,15 @@ def _table(knots, values, places):
 # States: each is called once a sample with what it keeps (a list), the step of time, and its input.
 
 
-def _relaxing(s, dt, x, rate, scale, from_zero):
+def _relaxing(s, dt, x, rate, height, scale, from_zero):
     if not s:
         s += [0.0 if from_zero else x, 0.0]
     step, s[0] = x - s[0], x
-    share, forgotten = abs(step) / scale, rate * dt
-    if share + forgotten != 0.0:
-        target = math.copysign(share, step) / (share + forgotten)
-        s[1] = target + (s[1] - target) * math.exp(-share - forgotten)
+    push = abs(step) / scale
+    loss = push / height + rate * dt
+    if loss != 0.0:
+        target = math.copysign(push, step) / loss
+        s[1] = target + (s[1] - target) * math.exp(-loss)
     return s[1]
 
 

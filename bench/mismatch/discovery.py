@@ -23,9 +23,9 @@ UNNAMED = "unknown"
 """id of an effect that no name fits"""
 
 
-BURSTS, TONE = "bursts", "tone"
 BELOW, ABOVE = "below", "above"
 """sides of a limit"""
+BURSTS, TONE = "bursts", "tone"
 """names of looks at what is left"""
 
 

@@ -38,7 +38,9 @@ def begins(state: str, between: Between) -> str:
 
 
 @numba.njit(cache=True)
-def _relaxing(x: FloatArray, forgotten: FloatArray, starts: np.ndarray, scale: float, between: int) -> FloatArray:
+def _relaxing(
+    x: FloatArray, forgotten: FloatArray, height: FloatArray, starts: np.ndarray, scale: float, between: int
+) -> FloatArray:
     out = np.empty(x.size)
     z = 0.0
     previous = 0.0
@@ -52,7 +54,7 @@ def _relaxing(x: FloatArray, forgotten: FloatArray, starts: np.ndarray, scale: f
             previous = 0.0
         else:
             previous = x[a]
-        z, previous = relax_along(x[a:b], forgotten[a:b], out[a:b], z, previous, scale)
+        z, previous = relax_along(x[a:b], forgotten[a:b], height[a:b], out[a:b], z, previous, scale)
     return out
 
 
@@ -83,21 +85,27 @@ def _lag(x: FloatArray, dt: FloatArray, starts: np.ndarray, constant: float) -> 
 
 
 def relaxing(
-    x: FloatArray, frame: Frame, scale: float, between: Between = "fresh", rate: float | FloatArray = 0.0
+    x: FloatArray,
+    frame: Frame,
+    scale: float,
+    between: Between = "fresh",
+    rate: float | FloatArray = 0.0,
+    height: float | FloatArray = 1.0,
 ) -> FloatArray:
-    """State z that relaxes to the sign of dx over a distance ``scale`` and is forgotten at a ``rate`` (1/s), a number
-    or one for each row (n,): dz = (1 − z·sgn dx)·dx/scale − z·rate·dt (Dahl, i = 1).
+    """State z that relaxes to a ``height`` h by the sign of dx over a distance ``scale`` and is forgotten at a ``rate``
+    (1/s), each a number or one for each row (n,): dz = (1 − z·sgn(dx)/h)·dx/scale − z·rate·dt (Dahl, i = 1).
 
     An input that wavers to and fro by less than a row shows makes the state forget: of what it turns through,
     |dx|, z loses z·|dx|/scale.
     """
     if not isinstance(x, np.ndarray):
-        return x.remembered("relaxing", scale, float(between == "released"), beside=(rate,))
+        return x.remembered("relaxing", scale, float(between == "released"), beside=(rate, height))
     forgotten = np.ascontiguousarray(rate * frame.step)
+    heights = np.full(x.size, height) if np.ndim(height) == 0 else np.ascontiguousarray(height)
     if frame.memory is not None:
-        return frame.memory.relaxing(np.ascontiguousarray(x), forgotten, scale)
+        return frame.memory.relaxing(np.ascontiguousarray(x), forgotten, heights, scale)
     starts = recording_starts(frame)
-    return np.asarray(_relaxing(np.ascontiguousarray(x), forgotten, starts, scale, _CODES[between]))
+    return np.asarray(_relaxing(np.ascontiguousarray(x), forgotten, heights, starts, scale, _CODES[between]))
 
 
 def play(x: FloatArray, frame: Frame, half_width: float, between: Between = "fresh") -> FloatArray:

@@ -10,27 +10,30 @@ FloatArray = NDArray[np.float64]
 
 
 @numba.njit(cache=True)
-def relax(z: float, step: float, scale: float, forgotten: float = 0.0) -> float:
-    """The relaxing state after a step of its input; ``forgotten``: rate of forgetting times the step's duration."""
-    share = abs(step) / scale
-    if share + forgotten == 0.0:
+def relax(z: float, step: float, scale: float, forgotten: float = 0.0, height: float = 1.0) -> float:
+    """The relaxing state after a step of its input; ``forgotten``: rate of forgetting times the step's duration;
+    ``height``: how far it relaxes.
+    """
+    push = abs(step) / scale
+    loss = push / height + forgotten
+    if loss == 0.0:
         return float(z)
-    target = (1.0 if step > 0 else -1.0) * share / (share + forgotten)
-    return float(target + (z - target) * np.exp(-share - forgotten))
+    target = (1.0 if step > 0 else -1.0) * push / loss
+    return float(target + (z - target) * np.exp(-loss))
 
 
 @numba.njit(cache=True)
 def relax_along(
-    x: FloatArray, forgotten: FloatArray, out: FloatArray, z: float, previous: float, scale: float
+    x: FloatArray, forgotten: FloatArray, height: FloatArray, out: FloatArray, z: float, previous: float, scale: float
 ) -> tuple[float, float]:
     """Fill ``out`` (n,) with the state along x, from a state and the input before it; both as they are at the end.
 
-    ``forgotten`` (n,): rate of forgetting times the time since the row before.
+    ``forgotten`` (n,): rate of forgetting times the time since the row before; ``height`` (n,): how far it relaxes.
     """
     for i in range(x.size):
         step = x[i] - previous
         previous = x[i]
-        z = relax(z, step, scale, forgotten[i])
+        z = relax(z, step, scale, forgotten[i], height[i])
         out[i] = z
     return z, previous
 
@@ -86,15 +89,15 @@ class Memory:
         """Begin with the first state again: the next frame's terms ask in the same order."""
         self._asked = 0
 
-    def relaxing(self, x: FloatArray, forgotten: FloatArray, scale: float) -> FloatArray:
+    def relaxing(self, x: FloatArray, forgotten: FloatArray, height: FloatArray, scale: float) -> FloatArray:
         """The relaxing state along x (n,), as it goes on; ``forgotten`` (n,) rate of forgetting times the time since
-        the row before.
+        the row before, ``height`` (n,) how far it relaxes.
         """
         states, out = self._next(), np.empty(x.size)
         if np.isnan(states[0]):
             states[:] = 0.0, x[0]
         out[0] = states[0]
-        states[:] = relax_along(x[1:], forgotten[1:], out[1:], states[0], states[1], scale)
+        states[:] = relax_along(x[1:], forgotten[1:], height[1:], out[1:], states[0], states[1], scale)
         return out
 
     def play(self, x: FloatArray, half_width: float) -> FloatArray:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import islice
 
 from bench.mismatch.regression.beside import handicap_of, shaped
 from bench.mismatch.regression.choosing import MOST_FORMS
@@ -16,6 +17,7 @@ from bench.mismatch.regression.description import description
 from bench.mismatch.regression.model import Chosen
 from bench.mismatch.regression.regressors import Named
 from bench.mismatch.regression.state import Search
+from bench.mismatch.regression.strength import strength
 from bench.simulation.terms import LIBRARY, Form, Term
 
 
@@ -23,26 +25,26 @@ def one_or_two(search: Search) -> None:
     """Let one law take the place of two names of the model, or two names that of one law, where they predict points
     left out better.
     """
-    for term, law in _laws(search.model.channel):
-        present = [c for c in search.model.chosen if c.effect == term.effect]
-        both = [c for c in search.model.chosen if c.effect in law.says]
-        if len(present) != 1 or not (_is(present[0], law) or both):
+    for term, laws in _laws(search.model.channel):
+        present = [c for c in search.model.chosen if c.effect == term.effect and isinstance(c.main.regressor, Named)]
+        both = [c for c in search.model.chosen if c.effect in laws[0].says]
+        if not present or not (both or any(_is(c, law) for c in present for law in laws)):
             continue
-        others = [c for c in search.model.chosen if c is not present[0] and c not in both]
-        one, two = _best(search, others, term, law), _two(search, others, term, law)
-        sets = [found for found in (one, two) if found is not None]
-        now = [c for c in search.model.chosen if c not in others]
-        best = max([now, *sets], key=lambda found: _worth(search, others, found))
+        now = [*present, *both]
+        others = [c for c in search.model.chosen if not any(c is k for k in now)]
+        sets = (_best(search, others, term, *laws), _two(search, others, term, laws[0].says))
+        best = max([now, *(s for s in sets if s is not None)], key=lambda found: _worth(search, others, found))
         if best is not now:
             chosen = [*others, *best]
             search.model = replace(search.model, chosen=chosen, fit=search.model.refitted(chosen))
 
 
-def _laws(channel: str) -> Iterator[tuple[Term, Form]]:
+def _laws(channel: str) -> Iterator[tuple[Term, list[Form]]]:
+    """Terms of a channel with their forms that say other effects as well."""
     for term in LIBRARY.values():
-        for form in term.forms.get(channel, ()):
-            if form.says:
-                yield term, form
+        laws = [form for form in term.forms.get(channel, ()) if form.says]
+        if laws:
+            yield term, laws
 
 
 def _is(chosen: Chosen, form: Form) -> bool:
@@ -58,7 +60,7 @@ def _worth(search: Search, others: Sequence[Chosen], found: Sequence[Chosen]) ->
 
 def _best(search: Search, others: Sequence[Chosen], term: Term, *forms: Form) -> list[Chosen] | None:
     """The best of some forms of a term beside others, refined from the point that gains most; None where none is
-    possible.
+    possible and strong enough.
     """
     seen = search.scan(others, search.model.refitted(others))
     starts: dict[str, int] = {}
@@ -66,20 +68,25 @@ def _best(search: Search, others: Sequence[Chosen], term: Term, *forms: Form) ->
         regressor = search.blocks[k].regressor
         if isinstance(regressor, Named) and regressor.term is term and regressor.form in forms:
             starts.setdefault(regressor.form.name, k)
-    refined = (shaped(search, others, search.blocks[k].regressor) for k in list(starts.values())[:MOST_FORMS])
-    possible = [c for c in refined if c is not None]
+    refined = (shaped(search, others, search.blocks[k].regressor) for k in starts.values())
+    beside = replace(search.model, chosen=list(others), fit=search.model.refitted(others))
+    possible = islice((c for c in refined if c is not None and strength(beside, c).enough), MOST_FORMS)
     best = max(possible, key=lambda c: _worth(search, others, [c]), default=None)
     return None if best is None else [best]
 
 
-def _two(search: Search, others: Sequence[Chosen], term: Term, law: Form) -> list[Chosen] | None:
-    """The effect in a form that says nothing else, and what the law says beside it; None where one is impossible."""
-    plain = _best(search, others, term, *(form for form in term.forms[search.model.channel] if not form.says))
-    found = plain
-    for effect in law.says:
+def _two(search: Search, others: Sequence[Chosen], term: Term, effects: Sequence[str]) -> list[Chosen] | None:
+    """The effect in a form that says nothing else, and other ``effects`` beside it; None where one is impossible."""
+    plain = [form for form in term.forms[search.model.channel] if not form.says]
+    found = _best(search, others, term, *plain)
+    for effect in effects:
         if found is None:
             return None
         other = LIBRARY[effect]
         further = _best(search, [*others, *found], other, *other.forms[search.model.channel])
         found = None if further is None else [*found, *further]
-    return found
+    if found is None:
+        return None
+    # the first was refined without the others
+    again = _best(search, [*others, *found[1:]], term, *plain)
+    return found if again is None else [*again, *found[1:]]

@@ -120,14 +120,14 @@ def _slot(search: Search, tested: Chosen, whole: FloatArray, number: int) -> Slo
     for k, (chosen, density) in enumerate(zip(found, densities, strict=True)):
         loss, error = apart(whole, density)
         odds = worth(share[k + 1], chosen) / max(worth(share[0], tested), 1e-300)
-        worse = surely_more(whole, density, search.seed + number)
+        worse = surely_more(whole, density)
         near = unturned and _of_the_torque(chosen) and loss < gain - loss
         # what says with more numbers what the effect says is no other explanation
         if not near and heirs.get(k + 1) != 0:
             near = called_as_good(tested, chosen, float(odds), loss, worse, at_its_end)
             doubtful = chosen.effect != UNKNOWN and criteria.VERY_STRONG <= loss < 2.0 * criteria.VERY_STRONG
             near = near or (doubtful and predict_alike(model, others, rated, chosen))
-        better = surely_more(density, whole, search.seed + number)
+        better = surely_more(density, whole)
         alternatives.append(Contender(chosen, density, loss, error, float(share[k + 1]), near, worse, better))
     plainer = alternatives[heirs[0] - 1] if 0 in heirs else None
     alternatives.sort(key=lambda r: r.loss)

@@ -60,6 +60,8 @@ def _succeeded(search: Search) -> list[Slot]:
         exchanges -= 1
         chosen = no_mere_form(search, chosen)
         search.model = replace(model, chosen=chosen, fit=model.refitted(chosen))
+        if exchanges > 0:
+            one_or_two(search)
         _name_by_course(search)
         _without_needless_corrections(search)
         found = slots(search)

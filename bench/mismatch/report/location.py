@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.mismatch.discovery import BELOW, NAMED, UNNAMED, ChannelOutcome, Discovery
+from bench.mismatch.discovery import ABOVE, BELOW, NAMED, UNNAMED, ChannelOutcome, Discovery
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.report.figures import energy
 from bench.mismatch.report.smallest import interval, pieces, steps
@@ -86,7 +86,7 @@ def location_of(discovery: Discovery, outcome: ChannelOutcome, data: Dataset) ->
         _time_window(discovery, frame, energies, any(v.range == TIME for v in quantities), data.folder.start),
         tuple(data.name(r) for r in strongest(of_recordings(discovery, outcome, energies, data))),
         tuple(name for name, by in MEASURED_BY.items() if not set(by) & data.present),
-        tuple(dict.fromkeys(v.words for v in quantities if v.words)),
+        tuple(dict.fromkeys([*(v.words for v in quantities if v.words), *_beyond(discovery, ranges)])),
     )
 
 
@@ -149,9 +149,19 @@ def _of_side(name: str, side: str, limit: float, frame: Frame, usable: NDArray[n
     if target not in RANGES:
         return {}
     low, high = _span(levels(frame, target)[usable])
-    if name == LOAD:
-        return {target: (max(low, -limit), min(high, limit)) if side == BELOW else (low, high)}
+    if name == LOAD and side == BELOW:
+        return {target: (max(low, -limit), min(high, limit))}
+    if name == LOAD and low < -limit:
+        return {target: (low, high if high > limit else -limit)}
     return {target: (low, limit) if side == BELOW else (limit, high)}
+
+
+def _beyond(discovery: Discovery, ranges: dict[str, Range]) -> list[str]:
+    """What a range that holds both signs of the load does not say: that the effect acts at large ones."""
+    if discovery.side is None or discovery.side[:2] != (LOAD, ABOVE):
+        return []
+    limit = discovery.side[2]
+    return [f"beyond ±{limit:.3g} N·m"] if ranges[TORQUE][0] < -limit < limit < ranges[TORQUE][1] else []
 
 
 def _heat(discovery: Discovery) -> bool:

@@ -33,7 +33,12 @@ def model() -> Simulation:
         *MADE["series"],
         MADE["table"][0] | {"also": [*MADE["formula"], *MADE["states"]]},
         {"effect": "friction.coulomb", "parameters": {"f_c": {"value": 0.4, "unit": "N*m"}}},
-        {"effect": "friction.presliding", "form": "dahl", "point": [2.0], "parameters": {"f_d": 0.3, "s_d": 2.0}},
+        {
+            "effect": "friction.presliding",
+            "form": "lugre_kept",
+            "point": [2.0, 0.5, 8.0],
+            "parameters": {"f_d": 0.3, "s_d": 2.0, "b_s": 0.5, "w_s": 8.0},
+        },
         {"effect": "thermal.loss_heating", "parameters": {"1/C": {"value": 2e-5, "unit": "K/J"}}},
     )
 

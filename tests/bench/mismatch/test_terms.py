@@ -141,6 +141,9 @@ def test_springs_that_stretch_to_a_stribeck_curve_end_on_it() -> None:
     turned = np.arange(1, 200) * 5.0 * rate
     z = found[rows // 2 : rows // 2 + 199] - 1.0
     assert z == pytest.approx(-h + 2.0 * h * np.exp(-turned / (scale * h)), abs=1e-9)
+    # rows of unequal length: the state follows the angle and nothing else
+    uneven = replace(every, step=np.where(np.arange(rows) % 50 == 0, 50.0 * rate, rate))
+    assert forms["lugre_kept"].columns(uneven, (scale, higher, stribeck))[:, 0] == pytest.approx(found, abs=1e-9)
     dahl = forms["dahl"].columns(every, (scale,))[:, 0]
     assert forms["lugre"].columns(every, (scale, 0.0, stribeck))[:, 0] == pytest.approx(dahl)
 

@@ -73,6 +73,20 @@ def test_a_released_state_follows_its_input_to_zero_between_recordings() -> None
     assert (fresh, kept, released) == (1.0, 5.0, 2.0)
 
 
+@given(scale=st.floats(0.01, 10.0), height=st.floats(0.5, 3.0), rate=st.floats(0.01, 3.0))
+def test_a_state_relaxes_to_its_height_and_stays_at_rest(scale: float, height: float, rate: float) -> None:
+    x = np.concatenate([np.linspace(0.0, 3.0, ROWS)] * 3)
+    z = relaxing(x, FRAME, scale, height=height)[:ROWS]
+    assert z == pytest.approx(height * (1.0 - np.exp(-x[:ROWS] / (height * scale))), abs=1e-9)
+    # whatever the speed reads while nothing moves, and however long: nothing is gained
+    still = np.where(np.arange(x.size) % ROWS < ROWS // 2, x, 1.0)
+    heights = np.where(np.arange(x.size) % 2, height, 1.0)
+    kept = relaxing(still, FRAME, scale, "kept", height=heights)
+    assert np.all(np.abs(kept) <= max(height, 1.0) + 1e-9)
+    z = relaxing(x, FRAME, scale, "fresh", rate, np.full(x.size, height))[:ROWS]
+    assert np.all(z <= height + 1e-9)
+
+
 @given(scale=st.floats(0.05, 10.0), rate=st.floats(0.01, 3.0))
 def test_a_state_that_forgets_is_smaller_in_motion_and_gone_at_rest(scale: float, rate: float) -> None:
     speed, turn = 0.3, ROWS // 2

@@ -76,15 +76,12 @@ def _lugre_grid(frame: Frame) -> tuple[Point, ...]:
 
 
 def _lugre(between: Between) -> Columns:
-    """The springs stretch to the Stribeck curve in place of the Coulomb friction: a state that forgets less than it
-    would otherwise where that is higher.
-    """
+    """The springs stretch to the Stribeck curve in place of the Coulomb friction."""
 
     def state_columns(frame: Frame, point: Point) -> FloatArray:
         scale, higher, speed = point
-        above = higher * np.exp(-((np.abs(frame.omega) / speed) ** 2))
-        rate = -above / (1.0 + above) * np.abs(frame.omega) / scale
-        state = relaxing(frame.theta * frame.ratio, frame, scale, between, rate)
+        height = 1.0 + higher * np.exp(-((np.abs(frame.omega) / speed) ** 2))
+        state = relaxing(frame.theta * frame.ratio, frame, scale, between, height=height)
         return columns(np.where(frame.direction != 0, state - frame.direction, 0.0))
 
     return state_columns

@@ -80,6 +80,20 @@ def test_states_that_lie_on_one_side_of_a_limit_are_all_of_that_side(
     assert where.ranges[name] == pytest.approx(limits)
     others = {"velocity", "load_torque", "temperature"} - {name}
     assert all(where.ranges[other] == where.span[other] for other in others)
+    assert ("beyond ±700 N·m" in text(where)) is (side == ("load", "above", 700.0))
+
+
+@pytest.mark.parametrize(("lowest", "limits"), [(-500.0, (700.0, 1000.0)), (-1000.0, (-1000.0, 1000.0))])
+def test_large_loads_of_one_sign_are_told_by_their_range(lowest: float, limits: tuple[float, float]) -> None:
+    frame = made.campaign()
+    frame = replace(frame, torque=np.maximum(frame.torque, lowest), torque_level=np.maximum(frame.torque_level, lowest))
+    found = replace(
+        made.discovery("motor_torque", "unknown", np.where(frame.torque > 800.0, 0.1, 0.0), ("load",)),
+        side=("load", "above", 700.0),
+    )
+    where, _ = _placed(found, frame)
+    assert where.ranges["load_torque"] == pytest.approx(limits)
+    assert ("beyond" in text(where)) is (lowest < -700.0)
 
 
 def test_recordings_are_those_of_the_largest_energy_in_order() -> None:
