@@ -13,7 +13,7 @@ import finufft
 import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
-from scipy.ndimage import median_filter
+from scipy.ndimage import median_filter, uniform_filter1d
 
 from bench.mismatch import criteria
 from bench.recording import Recording
@@ -160,19 +160,21 @@ def notched(
     bad: NDArray[np.bool_],
     orders: Sequence[float],
     beside: Sequence[FloatArray] = (),
+    straight: NDArray[np.bool_] | None = None,
 ) -> FloatArray:
     """The ripple in a recording's torque at ``orders`` over the output angle; 0 where it stands or hardly turns.
 
-    All arrays (n,). The slow part stands beside the waves: a constant, the direction, a line over time, and what else
-    is given ``beside``: while a shaft starts, its waves are slow, and drag that grows with the speed looks like them.
+    All arrays (n,). It is fitted where the torque is ``straight``, if that is given. The slow part stands beside the
+    waves: a constant, the direction, a line over time, and what else is given ``beside``: while a shaft starts, its
+    waves are slow, and drag that grows with the speed looks like them.
     """
     out = np.zeros(angle.size)
     moving = (direction != 0) & ~bad
     if not orders or moving.sum() < 200 or float(np.ptp(angle[moving])) * min(orders) < 6.0 * np.pi:
         return out
     off = np.abs(torque[moving] - np.median(torque[moving]))
-    chosen: NDArray[np.bool_] = moving.copy()
-    chosen[moving] = off <= np.percentile(off[:: max(1, off.size // _ENOUGH)], 99)
+    chosen: NDArray[np.bool_] = moving.copy() if straight is None else moving & straight
+    chosen[moving] &= off <= np.percentile(off[:: max(1, off.size // _ENOUGH)], 99)
     if chosen.sum() > _ENOUGH:  # a wave of a million samples is as well known from some ten thousand
         chosen[np.flatnonzero(chosen)[np.arange(int(chosen.sum())) % (chosen.sum() // _ENOUGH) != 0]] = False
     frequencies = np.asarray(orders, dtype=np.float64)
@@ -184,6 +186,27 @@ def notched(
     beta: FloatArray = np.asarray(np.linalg.lstsq(normal, right, rcond=1e-12)[0], dtype=np.float64)
     cosine, sine = (beta[k : 2 * frequencies.size : 2] for k in (0, 1))
     return np.where(moving, of_orders(angle, frequencies, cosine, sine), 0.0)
+
+
+def beside_its_course(
+    angle: FloatArray, torque: FloatArray, moving: NDArray[np.bool_], orders: Sequence[float]
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """A torque that is driven up and down at one speed (n,), less its mean over a revolution of the lowest of some
+    ``orders``; and at which samples that is its course: in the half of the ``moving`` ones where it bends least.
+
+    A staircase holds all orders, and its corners are far larger than any ripple.
+    """
+    step = np.abs(np.diff(angle))[moving[1:]]
+    width = round(2.0 * np.pi / min(orders) / max(float(np.median(step)), 1e-300)) if orders and step.size else 0
+    if not 3 <= width <= angle.size // 4:
+        return torque, moving
+    course = uniform_filter1d(torque, width, mode="nearest")
+    bend = np.full(angle.size, np.inf)
+    bend[width:-width] = np.abs(course[2 * width :] - 2.0 * course[width:-width] + course[: -2 * width])
+    straight = moving & np.isfinite(bend)
+    if not straight.any():
+        return torque, moving
+    return torque - course, straight & (bend <= np.median(bend[straight]))
 
 
 def _products(

@@ -22,18 +22,22 @@ from bench.simulation.terms import LIBRARY, Form, Term
 
 
 def one_or_two(search: Search) -> None:
-    """Let one law take the place of two names of the model, or two names that of one law, where they predict points
-    left out better.
+    """Let one law take the place of two names of the model, two names that of one law, or one name that of either,
+    where they predict points left out better. What says two effects has to be better than one of them by the price of
+    an effect: a law whose springs are stiff is a Stribeck curve.
     """
-    for term, laws in _laws(search.model.channel):
+    channel = search.model.channel
+    for term, laws in _laws(channel):
         present = [c for c in search.model.chosen if c.effect == term.effect and isinstance(c.main.regressor, Named)]
         both = [c for c in search.model.chosen if c.effect in laws[0].says]
         if not present or not (both or any(_is(c, law) for c in present for law in laws)):
             continue
         now = [*present, *both]
         others = [c for c in search.model.chosen if not any(c is k for k in now)]
-        sets = (_best(search, others, term, *laws), _two(search, others, term, laws[0].says))
-        best = max([now, *(s for s in sets if s is not None)], key=lambda found: _worth(search, others, found))
+        terms = [term, *(LIBRARY[effect] for effect in laws[0].says)]
+        sets = [now, _best(search, others, term, laws), _two(search, others, terms)]
+        sets += [_best(search, others, one, _plain(one, channel)) for one in terms]
+        best = max((found for found in sets if found), key=lambda found: _worth(search, others, found))
         if best is not now:
             chosen = [*others, *best]
             search.model = replace(search.model, chosen=chosen, fit=search.model.refitted(chosen))
@@ -47,20 +51,34 @@ def _laws(channel: str) -> Iterator[tuple[Term, list[Form]]]:
             yield term, laws
 
 
+def _plain(term: Term, channel: str) -> list[Form]:
+    """Forms of a term that say nothing else."""
+    return [form for form in term.forms[channel] if not form.says]
+
+
 def _is(chosen: Chosen, form: Form) -> bool:
     regressor = chosen.main.regressor
     return isinstance(regressor, Named) and regressor.form is form
 
 
 def _worth(search: Search, others: Sequence[Chosen], found: Sequence[Chosen]) -> float:
-    """Log density at points left out of effects beside others, less what their descriptions cost."""
+    """Log density at points left out of effects beside others, less what their descriptions cost, and the price of
+    each effect beyond the first.
+    """
     cost = sum(description(search.model, c) + handicap_of(search, c) for c in found)
+    effects = {effect for c in found for effect in (c.effect, *_also(c))}
+    cost += (len(effects) - 1) * search.model.price
     return float(search.density([*others, *found]).sum()) - cost
 
 
-def _best(search: Search, others: Sequence[Chosen], term: Term, *forms: Form) -> list[Chosen] | None:
-    """The best of some forms of a term beside others, refined from the point that gains most; None where none is
-    possible and strong enough.
+def _also(chosen: Chosen) -> tuple[str, ...]:
+    regressor = chosen.main.regressor
+    return regressor.form.says if isinstance(regressor, Named) else ()
+
+
+def _best(search: Search, others: Sequence[Chosen], term: Term, forms: Sequence[Form]) -> list[Chosen]:
+    """The best of some forms of a term beside others, refined from the point that gains most; nothing where none
+    is possible and strong enough.
     """
     seen = search.scan(others, search.model.refitted(others))
     starts: dict[str, int] = {}
@@ -72,21 +90,17 @@ def _best(search: Search, others: Sequence[Chosen], term: Term, *forms: Form) ->
     beside = replace(search.model, chosen=list(others), fit=search.model.refitted(others))
     possible = islice((c for c in refined if c is not None and strength(beside, c).enough), MOST_FORMS)
     best = max(possible, key=lambda c: _worth(search, others, [c]), default=None)
-    return None if best is None else [best]
+    return [] if best is None else [best]
 
 
-def _two(search: Search, others: Sequence[Chosen], term: Term, effects: Sequence[str]) -> list[Chosen] | None:
-    """The effect in a form that says nothing else, and other ``effects`` beside it; None where one is impossible."""
-    plain = [form for form in term.forms[search.model.channel] if not form.says]
-    found = _best(search, others, term, *plain)
-    for effect in effects:
-        if found is None:
-            return None
-        other = LIBRARY[effect]
-        further = _best(search, [*others, *found], other, *other.forms[search.model.channel])
-        found = None if further is None else [*found, *further]
-    if found is None:
-        return None
+def _two(search: Search, others: Sequence[Chosen], terms: Sequence[Term]) -> list[Chosen]:
+    """Each of some effects in a form that says nothing else, one beside the other; nothing where one is impossible."""
+    channel = search.model.channel
+    found: list[Chosen] = []
+    for number, term in enumerate(terms, start=1):
+        found += _best(search, [*others, *found], term, _plain(term, channel))
+        if len(found) < number:
+            return []
     # the first was refined without the others
-    again = _best(search, [*others, *found[1:]], term, *plain)
-    return found if again is None else [*again, *found[1:]]
+    again = _best(search, [*others, *found[1:]], terms[0], _plain(terms[0], channel))
+    return [*(again or found[:1]), *found[1:]]

@@ -8,7 +8,7 @@ from dataclasses import replace
 from bench.mismatch import criteria
 from bench.mismatch.regression.beside import differs_from_zero, in_its_form
 from bench.mismatch.regression.description import description
-from bench.mismatch.regression.equivalent import explains_most
+from bench.mismatch.regression.equivalent import explains_most, numbers_of
 from bench.mismatch.regression.heredity import laws, without
 from bench.mismatch.regression.model import ChannelModel, Chosen
 from bench.mismatch.regression.one_law import one_or_two
@@ -129,6 +129,9 @@ def _succession(model: ChannelModel, slot: Slot) -> list[Chosen] | None:
         likeliest = max((r.weight for r in slot.alternatives), default=0.0)
         if nothing > max(slot.weight, likeliest):
             return others
+        simpler = _simpler(slot)
+        if simpler is not None:
+            return [*others, simpler.chosen]
         # refined beside all else another name may predict far better than the one that was found first
         if best is None or strained(best.chosen.main.regressor, model.problem.rows.frame):
             return None
@@ -141,6 +144,21 @@ def _succession(model: ChannelModel, slot: Slot) -> list[Chosen] | None:
     # beside another function without a name that name would be a part of the unknown again
     beside = any(without_a_name(c) for c in others)
     return [*others, best.chosen] if best.surely_better or not beside or explains_most(model, best.chosen) else None
+
+
+def _simpler(slot: Slot) -> Contender | None:
+    """Of the names that are as good as an effect's and say it with fewer numbers the one that predicts best, if it does
+    so within its standard error of the effect (the one-standard-error rule: :data:`criteria.ONE_ERROR`).
+    """
+    fewer = [
+        r
+        for r in slot.alternatives
+        if r.chosen.effect != UNKNOWN
+        and r.as_good
+        and numbers_of(r.chosen) < numbers_of(slot.chosen)
+        and r.loss <= criteria.ONE_ERROR * r.error
+    ]
+    return min(fewer, key=lambda r: r.loss, default=None)
 
 
 def _by_chance(slot: Slot) -> bool:

@@ -195,6 +195,7 @@ WITH_MEMORY = [
     for form in forms
 ]
 WIDTH = {"w": 60.0, "w_h": 60.0, "s": 0.004, "s_d": 2.0, "r": 0.5, "w_b": 120.0, "w_h_b": 120.0, "rho": 3.0, "k": 0.5}
+WIDTH |= {"b_s": 0.5, "w_s": 6.0}
 SIZE = {"transmission_error": 2e-5, "motor_torque": 0.2, "load_torque": 20.0}
 UNITS = {"load_position": -(2 * np.pi) / 2**25, "input_torque": 1.0, "torque_adc": 10e3 / 32768}
 """what of the measurements each of these channels is, in its unit"""

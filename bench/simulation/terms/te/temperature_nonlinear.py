@@ -31,10 +31,11 @@ def _cubic(frame: Frame, _: Point) -> FloatArray:
 def _transitions(frame: Frame) -> tuple[Point, ...]:
     low, high = np.percentile(frame.temperature, [2, 98])
     span = float(high - low) or 10.0
+    # the sharper a change, the closer its place has to be to be seen
     return tuple(
         (float(low + share * span), float(width * span))
-        for share in (0.2, 0.35, 0.5, 0.65, 0.8)
-        for width in (0.05, 0.12, 0.3)
+        for width, number in ((0.05, 13), (0.12, 7), (0.3, 5))
+        for share in np.linspace(0.1, 0.9, number)
     )
 
 

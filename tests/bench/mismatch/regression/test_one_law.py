@@ -92,6 +92,21 @@ def test_the_one_that_nature_has_takes_the_place_of_the_other(nature: str, begin
     assert springs.form.name.startswith("lugre") is (nature == "law")
 
 
+@pytest.mark.parametrize(("effect", "form", "point"), [(STRIBECK, "gaussian", (8.0,)), (SPRINGS, "dahl", (2.0,))])
+def test_a_law_of_which_one_part_gains_nothing_is_the_other(effect: str, form: str, point: tuple[float, ...]) -> None:
+    """A Stribeck curve alone is drawn by very stiff springs that stretch to it."""
+    frame = _reversing()
+    friction = 0.5 * frame.direction + 0.006 * frame.omega + 0.2 * _column(frame, effect, form, point)
+    friction = friction + np.random.default_rng(4).normal(0.0, 0.01, frame.size)
+    search = begun(problem(frame, np.asarray(friction)))
+    search.model = replace(search.model, price=6.0)
+    chosen = [_chosen(search, [], SPRINGS, "lugre", (0.06, 0.6, 8.0) if effect == STRIBECK else (2.0, 0.3, 8.0))]
+    search.model = replace(search.model, chosen=chosen, fit=search.model.refitted(chosen))
+    one_or_two(search)
+    assert [c.effect for c in search.model.chosen] == [effect]
+    assert not search.model.chosen[0].main.regressor.form.says
+
+
 def test_springs_alone_are_left_alone() -> None:
     frame = _reversing()
     friction = 0.5 * frame.direction + 0.006 * frame.omega + 0.3 * _column(frame, SPRINGS, "dahl", (2.0,))

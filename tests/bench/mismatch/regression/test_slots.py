@@ -23,6 +23,7 @@ from bench.mismatch.regression.succession import (
     _disowned,
     _drawn_by_the_unknown,
     _part_of_the_unknown,
+    _simpler,
     _succession,
     without_empty_laws,
 )
@@ -272,11 +273,28 @@ def test_two_names_are_told_apart_with_their_corrections_and_without() -> None:
 
 @pytest.mark.parametrize(("other", "taken"), [(0.9, True), (0.3, False)])
 def test_a_name_gives_way_to_one_that_is_far_likelier(other: float, taken: bool) -> None:
-    own, alternative = chosen("thermal.convection_speed"), contender("thermal.second_mass", other)
+    own = chosen("thermal.convection_speed")
+    alternative = Contender(chosen("thermal.second_mass"), np.zeros(0), 2.0, 1.0, other, True)
     asked_of = SimpleNamespace(rows=SimpleNamespace(frame=None), lacking=())
     model = SimpleNamespace(problem=asked_of, chosen=[own], channel=TEMPERATURE)
     found = _succession(cast("Any", model), Slot(own, 20.0, 1e-4, 0.95 - other, (alternative,)))
     assert found == ([alternative.chosen] if taken else None)
+
+
+@pytest.mark.parametrize(
+    ("loss", "error", "as_good", "taken"),
+    [(1.7, 2.6, True, True), (3.0, 2.6, True, False), (-0.4, 0.1, True, True), (1.7, 2.6, False, False)],
+)
+def test_of_names_that_are_as_good_the_one_with_fewer_numbers_is_told_first(
+    loss: float, error: float, as_good: bool, taken: bool
+) -> None:
+    cubic = Chosen(Block(named("sensor.torque_nonlinearity", MOTOR_TORQUE, "cubic", ()), (), np.zeros(0)))
+    gain = Chosen(Block(named("sensor.torque_gain", MOTOR_TORQUE, "gain", ()), (), np.zeros(0)))
+    for tested, other, simpler in ((cubic, gain, taken), (gain, cubic, False)):
+        slot = Slot(tested, 50.0, 1e-4, 0.5, (Contender(other, np.zeros(0), loss, error, 0.3, as_good),))
+        found = _simpler(slot)
+        assert (found is not None) is simpler
+        assert found is None or found.chosen is other
 
 
 @pytest.mark.parametrize(
