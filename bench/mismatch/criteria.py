@@ -54,7 +54,7 @@ evidence in the table of Kass and Raftery (J. Am. Stat. Assoc. 90 (1995) 773). L
 BESIDE_UNKNOWN_ERRORS = 2.0
 """standard errors of a difference by which a name has to predict points left out better than a free function where
 something without a name stands in the channel already, or than another name if it does so by less than twice
-:data:`VERY_STRONG`: one in forty by chance
+:data:`VERY_STRONG`: one in forty by chance, as which a test of ranks counts as well
 """
 ALIKE = 0.01
 """what two names predict apart, over the size of the effect, below which twice as strong evidence is asked for before

@@ -30,6 +30,8 @@ _LOOKED_AT = 12
 """recordings whose spectra are averaged"""
 _ENOUGH = 20_000
 """samples that the ripple is fitted to"""
+_FEWEST = 200
+"""samples below which no ripple is fitted"""
 _NEIGHBOURS = 15
 """orders on either side whose median tells the noise at an order"""
 
@@ -62,7 +64,7 @@ def ripple_orders(recordings: Sequence[Recording]) -> tuple[float, ...]:
         names = [n for n in ("load_angle", "load_torque", "motor_angle") if n in recording.specs]
         values = recording.read_si(names, part.start, part.stop)
         angle, torque = values["load_angle"], values["load_torque"]
-        if angle.size < 200 or not np.isfinite(angle).all() or not np.isfinite(torque).all():
+        if angle.size < _FEWEST or not np.isfinite(angle).all() or not np.isfinite(torque).all():
             continue
         if np.ptp(angle) < 2.0 * np.pi / 6.0:
             continue
@@ -160,60 +162,63 @@ def notched(
     bad: NDArray[np.bool_],
     orders: Sequence[float],
     beside: Sequence[FloatArray] = (),
-    straight: NDArray[np.bool_] | None = None,
+    driven: bool = False,
 ) -> FloatArray:
     """The ripple in a recording's torque at ``orders`` over the output angle; 0 where it stands or hardly turns.
 
-    All arrays (n,). It is fitted where the torque is ``straight``, if that is given. The slow part stands beside the
-    waves: a constant, the direction, a line over time, and what else is given ``beside``: while a shaft starts, its
-    waves are slow, and drag that grows with the speed looks like them.
+    All arrays (n,). The slow part stands beside the waves: a constant, the direction, a line over time, and what else
+    is given ``beside``: while a shaft starts, its waves are slow, and drag that grows with the speed looks like them.
+    Where the torque is ``driven`` up and down, its course is taken off, from the waves as well, and they are fitted
+    where that is straight.
     """
     out = np.zeros(angle.size)
     moving = (direction != 0) & ~bad
-    if not orders or moving.sum() < 200 or float(np.ptp(angle[moving])) * min(orders) < 6.0 * np.pi:
+    if not orders or moving.sum() < _FEWEST or float(np.ptp(angle[moving])) * min(orders) < 6.0 * np.pi:
         return out
     off = np.abs(torque[moving] - np.median(torque[moving]))
-    chosen: NDArray[np.bool_] = moving.copy() if straight is None else moving & straight
+    width, chosen = _course(angle, torque, moving, min(orders)) if driven else (0, moving.copy())
     chosen[moving] &= off <= np.percentile(off[:: max(1, off.size // _ENOUGH)], 99)
     if chosen.sum() > _ENOUGH:  # a wave of a million samples is as well known from some ten thousand
         chosen[np.flatnonzero(chosen)[np.arange(int(chosen.sum())) % (chosen.sum() // _ENOUGH) != 0]] = False
+    if chosen.sum() < _FEWEST:
+        return out
     frequencies = np.asarray(orders, dtype=np.float64)
     line: FloatArray = np.linspace(-1.0, 1.0, angle.size)
     slow = np.vstack([np.ones(int(chosen.sum())), *(x[chosen] for x in (direction, line, *beside))])
     slow /= np.maximum(np.abs(slow).max(axis=1, keepdims=True), 1e-300)
-    normal, right = _products(angle[chosen], torque[chosen], slow, frequencies)
+    if width:
+        waves = _waves(angle, frequencies)
+        waves -= uniform_filter1d(waves, width, axis=1, mode="nearest")
+        design, values = waves[:, chosen], (torque - uniform_filter1d(torque, width, mode="nearest"))[chosen]
+    else:
+        design, values = np.vstack([_waves(angle[chosen], frequencies), slow]), torque[chosen]
+    normal, right = design @ design.T, design @ values
     normal[np.diag_indices_from(normal)] *= 1.0 + 1e-9
     beta: FloatArray = np.asarray(np.linalg.lstsq(normal, right, rcond=1e-12)[0], dtype=np.float64)
     cosine, sine = (beta[k : 2 * frequencies.size : 2] for k in (0, 1))
     return np.where(moving, of_orders(angle, frequencies, cosine, sine), 0.0)
 
 
-def beside_its_course(
-    angle: FloatArray, torque: FloatArray, moving: NDArray[np.bool_], orders: Sequence[float]
-) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """A torque that is driven up and down at one speed (n,), less its mean over a revolution of the lowest of some
-    ``orders``; and at which samples that is its course: in the half of the ``moving`` ones where it bends least.
-
-    A staircase holds all orders, and its corners are far larger than any ripple.
+def _course(
+    angle: FloatArray, torque: FloatArray, moving: NDArray[np.bool_], lowest: float
+) -> tuple[int, NDArray[np.bool_]]:
+    """Over how many samples the mean of a torque that is driven up and down (n,) is its course: those of a revolution
+    of the ``lowest`` order at the speed that is usual. And where the course is straight: in the half of the ``moving``
+    samples where it bends least, the ends apart. A staircase holds all orders, and its corners are far larger than any
+    ripple. No samples where too few waves are in the recording.
     """
-    step = np.abs(np.diff(angle))[moving[1:]]
-    width = round(2.0 * np.pi / min(orders) / max(float(np.median(step)), 1e-300)) if orders and step.size else 0
+    step = float(np.median(np.abs(np.diff(angle))[moving[1:]]))
+    width = round(2.0 * np.pi / lowest / max(step, 1e-300))
     if not 3 <= width <= angle.size // 4:
-        return torque, moving
+        return 0, moving
     course = uniform_filter1d(torque, width, mode="nearest")
     bend = np.full(angle.size, np.inf)
     bend[width:-width] = np.abs(course[2 * width :] - 2.0 * course[width:-width] + course[: -2 * width])
     straight = moving & np.isfinite(bend)
-    if not straight.any():
-        return torque, moving
-    return torque - course, straight & (bend <= np.median(bend[straight]))
+    return width, straight & (bend <= np.median(bend[straight])) if straight.any() else straight
 
 
-def _products(
-    angle: FloatArray, torque: FloatArray, slow: FloatArray, orders: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Normal equations of cosine and sine of each order and of what is ``slow`` (columns, n)."""
+def _waves(angle: FloatArray, orders: FloatArray) -> FloatArray:
+    """Cosine and sine (2 * orders, n) of each order over an angle (n,)."""
     wave = phasors(orders[:, None] * angle)
-    rows = np.stack([wave.real, wave.imag], axis=1).reshape(2 * orders.size, angle.size)
-    design = np.vstack([rows, slow])
-    return design @ design.T, design @ torque
+    return np.stack([wave.real, wave.imag], axis=1).reshape(2 * orders.size, angle.size)

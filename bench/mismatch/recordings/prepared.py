@@ -20,7 +20,7 @@ from bench.mismatch import criteria
 from bench.mismatch.recordings.faulty import stuck
 from bench.mismatch.recordings.level import kept_segments, levelled, numbered
 from bench.mismatch.recordings.motion import Manner, away_from_turns, corners, directions, passing, since_change
-from bench.mismatch.recordings.notch import beside_its_course, notched
+from bench.mismatch.recordings.notch import notched
 from bench.mismatch.recordings.runs import Runs, smoothed
 from bench.mismatch.recordings.shaking import count_of, shaken
 from bench.mismatch.recordings.smoothing import SHORTEST, local_quadratic, repaired, window
@@ -183,11 +183,9 @@ def prepare(
         beside_ripple = [_evened(q_acceleration, turning)]
         beyond, wild = load_torque - load_motor, signals.wild("load_torque")
         moving = (direction != 0) & ~wild
-        straight = moving
         whole = kept_segments(load_torque, np.where(moving, 0, -1), moving, manner.torque, rate)
-        if "load_motor_torque" not in signals and not whole:
-            beyond, straight = beside_its_course(q, beyond, moving, folder.notch)
-        taken["load_torque"] = notched(q, beyond, direction, wild, folder.notch, beside_ripple, straight)
+        driven = "load_motor_torque" not in signals and not whole
+        taken["load_torque"] = notched(q, beyond, direction, wild, folder.notch, beside_ripple, driven)
         load_torque = load_torque - taken["load_torque"]
     # a bench without torque sensor takes what the load motor reports, or else what was asked for
     acting = load_torque if "load_torque" in signals else load_motor

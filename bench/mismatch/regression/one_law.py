@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import islice
 
-from bench.mismatch.regression.beside import handicap_of, shaped
+from bench.mismatch.regression.beside import handicap_of, in_its_form, shaped
 from bench.mismatch.regression.choosing import MOST_FORMS
 from bench.mismatch.regression.description import description
 from bench.mismatch.regression.model import Chosen
@@ -37,8 +37,9 @@ def one_or_two(search: Search) -> None:
         terms = [term, *(LIBRARY[effect] for effect in laws[0].says)]
         sets = [now, _best(search, others, term, laws), _two(search, others, terms)]
         sets += [_best(search, others, one, _plain(one, channel)) for one in terms]
-        best = max((found for found in sets if found), key=lambda found: _worth(search, others, found))
-        if best is not now:
+        formed = [_formed(search, others, found) for found in sets if found]
+        best = max(formed, key=lambda found: _worth(search, others, found))
+        if best is not formed[0]:
             chosen = [*others, *best]
             search.model = replace(search.model, chosen=chosen, fit=search.model.refitted(chosen))
 
@@ -66,9 +67,20 @@ def _worth(search: Search, others: Sequence[Chosen], found: Sequence[Chosen]) ->
     each effect beyond the first.
     """
     cost = sum(description(search.model, c) + handicap_of(search, c) for c in found)
-    effects = {effect for c in found for effect in (c.effect, *_also(c))}
-    cost += (len(effects) - 1) * search.model.price
+    effects = sum(1 + len(_also(c)) for c in found)
+    cost += (effects - 1) * search.model.price
     return float(search.density([*others, *found]).sum()) - cost
+
+
+def _formed(search: Search, others: Sequence[Chosen], found: Sequence[Chosen]) -> list[Chosen]:
+    """Effects beside others, each with the correction of its form or without it, by which points left out are predicted
+    better: the correction of one can be the other effect.
+    """
+    out = list(found)
+    for k, one in enumerate(out):
+        rest = [*others, *(c for c in out if c is not one)]
+        out[k] = in_its_form(search, rest, one, search.density([*rest, one]))[0]
+    return out
 
 
 def _also(chosen: Chosen) -> tuple[str, ...]:
@@ -103,4 +115,4 @@ def _two(search: Search, others: Sequence[Chosen], terms: Sequence[Term]) -> lis
             return []
     # the first was refined without the others
     again = _best(search, [*others, *found[1:]], terms[0], _plain(terms[0], channel))
-    return [*(again or found[:1]), *found[1:]]
+    return [*again, *found[1:]] if again else []

@@ -172,8 +172,8 @@ def _alternatives(search: Search, tested: Chosen, others: Sequence[Chosen], seen
         regressor = search.blocks[k].regressor
         if orphaned(regressor, taken, search.model.problem.lacking):
             continue
-        # a law that says the effect as well as its own is no other explanation of it
-        if isinstance(regressor, Named) and tested.effect in regressor.form.says:
+        # a law that says the effect, or one that is beside it, as well as its own is no other explanation
+        if isinstance(regressor, Named) and {tested.effect, *taken} & set(regressor.form.says):
             continue
         if isinstance(regressor, Named):
             room = regressor.effect in named or len(named) < MOST_ALTERNATIVES

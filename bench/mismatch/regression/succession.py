@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from bench.mismatch import criteria
-from bench.mismatch.regression.beside import differs_from_zero, in_its_form
+from bench.mismatch.regression.beside import differs_from_zero, handicap_of, in_its_form
 from bench.mismatch.regression.description import description
-from bench.mismatch.regression.equivalent import explains_most, numbers_of
+from bench.mismatch.regression.equivalent import explains_most
 from bench.mismatch.regression.heredity import laws, without
 from bench.mismatch.regression.model import ChannelModel, Chosen
 from bench.mismatch.regression.one_law import one_or_two
@@ -35,7 +35,8 @@ def settle(search: Search) -> list[Slot]:
         chosen = borne_out(model)
         gone = [c for c in model.chosen if not any(c is k for k in chosen)]
         if not gone:
-            forget(model)
+            found = _plainest_first(search, found)
+            forget(search.model)
             return found
         search.model = replace(model, chosen=chosen, fit=model.refitted(chosen))
         known = len(search.refuted)
@@ -89,6 +90,45 @@ def _name_by_course(search: Search) -> None:
     search.model = replace(model, chosen=chosen)
 
 
+def _plainest_first(search: Search, found: list[Slot]) -> list[Slot]:
+    """The slots when each name that has an alternative with fewer numbers, as good as itself, has given it its place
+    and is an alternative of it. It is the last thing that is done: no other rule is asked of who comes first of two.
+    """
+    chosen = list(search.model.chosen)
+    for slot in found:
+        simpler = _simpler(search, slot)
+        if simpler is not None:
+            chosen = [simpler.chosen if c is slot.chosen else c for c in chosen]
+    if chosen == search.model.chosen:
+        return found
+    model = replace(search.model, chosen=chosen, fit=search.model.refitted(chosen))
+    if len(borne_out(replace(model, notes=[]))) < len(chosen):
+        return found
+    search.model = model
+    return slots(search)
+
+
+def _simpler(search: Search, slot: Slot) -> Contender | None:
+    """Of the names that are as good as a slot's and say its effect with fewer numbers the one that predicts best, if it
+    does so within its standard error (the one-standard-error rule: :data:`criteria.ONE_ERROR`) and by more than chance.
+    """
+    own = slot.chosen.main.regressor
+    if not isinstance(own, Named) or slot.chosen.nominal:
+        return None
+    least = search.scans[-1].p_value if search.scans else lambda _: slot.p_value
+    fewer = [
+        r
+        for r in slot.alternatives
+        if isinstance(r.chosen.main.regressor, Named)
+        and r.as_good
+        and r.chosen.main.regressor.numbers < own.numbers
+        and r.loss <= criteria.ONE_ERROR * r.error
+        and least(slot.gain - r.loss) <= criteria.ERROR_RATE
+        and handicap_of(search, r.chosen) == 0.0
+    ]
+    return min(fewer, key=lambda r: r.loss, default=None)
+
+
 def without_empty_laws(search: Search, found: Sequence[Slot]) -> list[Slot]:
     """Slots without those of laws that may as well be nothing and that only their changes ask for: beside a change,
     which stays, points left out are predicted as well without them.
@@ -129,9 +169,6 @@ def _succession(model: ChannelModel, slot: Slot) -> list[Chosen] | None:
         likeliest = max((r.weight for r in slot.alternatives), default=0.0)
         if nothing > max(slot.weight, likeliest):
             return others
-        simpler = _simpler(slot)
-        if simpler is not None:
-            return [*others, simpler.chosen]
         # refined beside all else another name may predict far better than the one that was found first
         if best is None or strained(best.chosen.main.regressor, model.problem.rows.frame):
             return None
@@ -144,21 +181,6 @@ def _succession(model: ChannelModel, slot: Slot) -> list[Chosen] | None:
     # beside another function without a name that name would be a part of the unknown again
     beside = any(without_a_name(c) for c in others)
     return [*others, best.chosen] if best.surely_better or not beside or explains_most(model, best.chosen) else None
-
-
-def _simpler(slot: Slot) -> Contender | None:
-    """Of the names that are as good as an effect's and say it with fewer numbers the one that predicts best, if it does
-    so within its standard error of the effect (the one-standard-error rule: :data:`criteria.ONE_ERROR`).
-    """
-    fewer = [
-        r
-        for r in slot.alternatives
-        if r.chosen.effect != UNKNOWN
-        and r.as_good
-        and numbers_of(r.chosen) < numbers_of(slot.chosen)
-        and r.loss <= criteria.ONE_ERROR * r.error
-    ]
-    return min(fewer, key=lambda r: r.loss, default=None)
 
 
 def _by_chance(slot: Slot) -> bool:

@@ -59,6 +59,8 @@ class Location:
     """ranges of quantities that no recording has: they are told to nobody"""
     words: tuple[str, ...] = ()
     """further words on where it acts, which no range says"""
+    in_words: tuple[str, ...] = ()
+    """ranges of which the words say more than their limits do"""
 
     @property
     def time_window_iso(self) -> list[str] | None:
@@ -75,6 +77,7 @@ def location_of(discovery: Discovery, outcome: ChannelOutcome, data: Dataset) ->
     span = {name: _span(levels(frame, name)[usable]) for name in RANGES}
     ranges = span | _ranges(discovery, outcome, energies, depends)
     weight = np.where(usable, outcome.rows.number, 0.0)
+    beyond = _beyond(discovery, ranges)
     return Location(
         ranges,
         span,
@@ -86,7 +89,8 @@ def location_of(discovery: Discovery, outcome: ChannelOutcome, data: Dataset) ->
         _time_window(discovery, frame, energies, any(v.range == TIME for v in quantities), data.folder.start),
         tuple(data.name(r) for r in strongest(of_recordings(discovery, outcome, energies, data))),
         tuple(name for name, by in MEASURED_BY.items() if not set(by) & data.present),
-        tuple(dict.fromkeys([*(v.words for v in quantities if v.words), *_beyond(discovery, ranges)])),
+        tuple(dict.fromkeys([*(v.words for v in quantities if v.words), *beyond])),
+        (TORQUE,) if beyond else (),
     )
 
 
@@ -205,6 +209,9 @@ def _direction(frame: Frame, energies_of_rows: FloatArray, weight: FloatArray) -
 
 def _time_window(discovery: Discovery, frame: Frame, energies: FloatArray, depends: bool, start: float) -> Range | None:
     window = discovery.time_window
+    if discovery.side is not None and discovery.side[0] == TIME:
+        _, side, limit = discovery.side
+        window = (float(frame.time.min()), limit) if side == BELOW else (limit, float(frame.time.max()))
     if window is None and depends:
         window = interval(frame.time, energies, HELD * float(energies.sum()))
     return None if window is None else (start + window[0], start + window[1])

@@ -41,7 +41,7 @@ def text(where: Location, linear: bool = False) -> str:
     """The location in words; ``linear``: of a linear axis."""
     units = _LINEAR if linear else _ROTATING
     parts = [*_orders(where), *_windows(where)]
-    parts += [_range(where, name, units[name]) for name in where.depends]
+    parts += [_range(where, name, units[name]) for name in where.depends if name not in where.in_words]
     if where.time_window_iso is not None:
         begin, end = (t.replace("T", " ").rstrip("Z") for t in where.time_window_iso)
         parts.append(f"from {begin} to {end} UTC")

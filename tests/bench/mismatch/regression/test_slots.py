@@ -23,6 +23,7 @@ from bench.mismatch.regression.succession import (
     _disowned,
     _drawn_by_the_unknown,
     _part_of_the_unknown,
+    _plainest_first,
     _simpler,
     _succession,
     without_empty_laws,
@@ -282,19 +283,55 @@ def test_a_name_gives_way_to_one_that_is_far_likelier(other: float, taken: bool)
 
 
 @pytest.mark.parametrize(
-    ("loss", "error", "as_good", "taken"),
-    [(1.7, 2.6, True, True), (3.0, 2.6, True, False), (-0.4, 0.1, True, True), (1.7, 2.6, False, False)],
+    ("loss", "error", "as_good", "handicap", "p_value", "taken"),
+    [
+        (1.7, 2.6, True, 0.0, 0.001, True),
+        (3.0, 2.6, True, 0.0, 0.001, False),
+        (-0.4, 0.1, True, 0.0, 0.001, True),
+        (1.7, 2.6, False, 0.0, 0.001, False),
+        # at the end of its range, or a loop that was never turned
+        (1.7, 2.6, True, 3.0, 0.001, False),
+        # by itself no more than chance
+        (1.7, 2.6, True, 0.0, 0.02, False),
+    ],
 )
 def test_of_names_that_are_as_good_the_one_with_fewer_numbers_is_told_first(
-    loss: float, error: float, as_good: bool, taken: bool
+    monkeypatch: pytest.MonkeyPatch,
+    loss: float,
+    error: float,
+    as_good: bool,
+    handicap: float,
+    p_value: float,
+    taken: bool,
 ) -> None:
     cubic = Chosen(Block(named("sensor.torque_nonlinearity", MOTOR_TORQUE, "cubic", ()), (), np.zeros(0)))
     gain = Chosen(Block(named("sensor.torque_gain", MOTOR_TORQUE, "gain", ()), (), np.zeros(0)))
+    monkeypatch.setattr(succession, "handicap_of", lambda _search, _chosen: handicap)
+    asked: list[float] = []
+    search = SimpleNamespace(scans=[SimpleNamespace(p_value=lambda gain: asked.append(gain) or p_value)])
     for tested, other, simpler in ((cubic, gain, taken), (gain, cubic, False)):
         slot = Slot(tested, 50.0, 1e-4, 0.5, (Contender(other, np.zeros(0), loss, error, 0.3, as_good),))
-        found = _simpler(slot)
+        found = _simpler(cast("Any", search), slot)
         assert (found is not None) is simpler
         assert found is None or found.chosen is other
+    assert set(asked) <= {50.0 - loss}
+
+
+@pytest.mark.parametrize(("kept", "first"), [(True, "sensor.torque_gain"), (False, "sensor.torque_nonlinearity")])
+def test_the_name_with_fewer_numbers_comes_first_where_recordings_held_out_bear_it_out(
+    monkeypatch: pytest.MonkeyPatch, kept: bool, first: str
+) -> None:
+    cubic = Chosen(Block(named("sensor.torque_nonlinearity", MOTOR_TORQUE, "cubic", ()), (), np.zeros(0)))
+    gain = Chosen(Block(named("sensor.torque_gain", MOTOR_TORQUE, "gain", ()), (), np.zeros(0)))
+    found = [Slot(cubic, 50.0, 1e-4, 0.5, (Contender(gain, np.zeros(0), 1.0, 2.0, 0.3, True),))]
+    search = SimpleNamespace(model=SimpleNamespace(chosen=[cubic], refitted=lambda _: None), scans=[])
+    monkeypatch.setattr(succession, "handicap_of", lambda _search, _chosen: 0.0)
+    monkeypatch.setattr(succession, "replace", lambda old, **new: SimpleNamespace(**{**vars(old), **new}))
+    monkeypatch.setattr(succession, "borne_out", lambda model: model.chosen if kept else [])
+    monkeypatch.setattr(succession, "slots", lambda of: [Slot(c, 49.0, 1e-4, 0.4, ()) for c in of.model.chosen])
+    told = _plainest_first(cast("Any", search), found)
+    assert [slot.chosen.effect for slot in told] == [first]
+    assert [c.effect for c in search.model.chosen] == [first]
 
 
 @pytest.mark.parametrize(

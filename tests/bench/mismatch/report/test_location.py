@@ -80,7 +80,19 @@ def test_states_that_lie_on_one_side_of_a_limit_are_all_of_that_side(
     assert where.ranges[name] == pytest.approx(limits)
     others = {"velocity", "load_torque", "temperature"} - {name}
     assert all(where.ranges[other] == where.span[other] for other in others)
-    assert ("beyond ±700 N·m" in text(where)) is (side == ("load", "above", 700.0))
+    told = text(where)
+    assert ("beyond ±700 N·m" in told) is (side == ("load", "above", 700.0))
+    assert ("all loads" in told) is (name != "load_torque")
+
+
+@pytest.mark.parametrize(("side", "late"), [("above", True), ("below", False)])
+def test_times_on_one_side_of_a_limit_are_a_window_to_the_end_or_from_the_beginning(side: str, late: bool) -> None:
+    frame = made.campaign()
+    course = np.where((frame.time > 6000.0) == late, 0.1, 0.0)
+    found = replace(made.discovery("motor_torque", "unknown", course, ("time",)), side=("time", side, 5700.0))
+    where, _ = _placed(found, frame)
+    ends = (5700.0, float(frame.time.max())) if late else (float(frame.time.min()), 5700.0)
+    assert where.time_window == pytest.approx(tuple(made.START + end for end in ends))
 
 
 @pytest.mark.parametrize(("lowest", "limits"), [(-500.0, (700.0, 1000.0)), (-1000.0, (-1000.0, 1000.0))])
