@@ -28,6 +28,8 @@ recordings do not tell from one that is no step is where it adds something
 """
 PARTS = 60
 """of the range over which a step is looked for"""
+ALIKE_PARTS = 4
+"""of the range of a quantity that both directions have, inside which they are compared"""
 JUST_AFTER = ("since_reversal",)
 """variables of effects that act just after a start or a reversal"""
 LOAD = "load"
@@ -81,7 +83,7 @@ def location_of(discovery: Discovery, outcome: ChannelOutcome, data: Dataset) ->
     return Location(
         ranges,
         span,
-        _direction(frame, np.where(weight > 0, 1.0, 0.0) if _heat(discovery) else energies, weight),
+        _direction(frame, np.where(weight > 0, 1.0, 0.0) if _heat(discovery) else energies, weight, depends),
         depends,
         {name: _outside(levels(frame, name), weight, ranges[name]) for name in depends},
         discovery.orders,
@@ -184,25 +186,34 @@ def _outside(values: FloatArray, weight: FloatArray, inside: Range) -> Range:
     return below / total, above / total
 
 
-def _direction(frame: Frame, energies_of_rows: FloatArray, weight: FloatArray) -> str:
+def _direction(frame: Frame, energies_of_rows: FloatArray, weight: FloatArray, depends: Sequence[str]) -> str:
     """The direction that holds nine tenths of the energy, not only because the bench ran mostly that way, or warmed up
-    at a speed of no other recording: both are asked where both directions were driven.
+    at a speed of no other recording: both are asked where both directions were driven, and at like values of the
+    quantities that the effect ``depends`` on.
     """
     forward = frame.last_direction > 0
     if min(weight[forward].sum(), weight[~forward].sum()) <= 0.0:
         return POSITIVE if weight[forward].sum() > 0.0 else NEGATIVE
     alike = weight > 0
+    cell = np.zeros(frame.size, dtype=np.int64)
     for name in RANGES:
         values = levels(frame, name)
         spans = [_span(values[side & (weight > 0)]) for side in (forward, ~forward)]
-        alike &= (values >= max(low for low, _ in spans)) & (values <= min(high for _, high in spans))
+        low, high = max(low for low, _ in spans), min(high for _, high in spans)
+        alike &= (values >= low) & (values <= high)
+        if name in depends:
+            part = np.clip((values - low) / max(high - low, 1e-300) * ALIKE_PARTS, 0.0, ALIKE_PARTS - 1.0)
+            cell = ALIKE_PARTS * cell + part.astype(np.int64)
     both = [alike & side for side in (forward, ~forward)]
     if not all(rows.any() for rows in both):
         both = [forward, ~forward]
     energies = [float(energies_of_rows[rows].sum()) for rows in both]
-    means = [e / max(float(weight[rows].sum()), 1e-300) for e, rows in zip(energies, both, strict=True)]
+    weights = [np.bincount(cell[rows], weight[rows], int(cell.max()) + 1) for rows in both]
+    shared = np.min(weights, axis=0) > 0.0
+    sums = [np.bincount(cell[rows], energies_of_rows[rows], shared.size)[shared] for rows in both]
+    means = [float(np.sum(each / w[shared])) for each, w in zip(sums, weights, strict=True)]
     for side, name in enumerate((POSITIVE, NEGATIVE)):
-        if energies[side] >= HELD * sum(energies) > 0.0 and means[side] >= HELD * sum(means):
+        if energies[side] >= HELD * sum(energies) > 0.0 and means[side] >= HELD * sum(means) > 0.0:
             return name
     return BOTH
 

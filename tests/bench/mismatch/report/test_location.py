@@ -147,6 +147,22 @@ def test_a_direction_is_told_where_the_energy_is_and_not_where_the_bench_ran() -
     assert _placed(even, lopsided)[0].direction == "both"
 
 
+@pytest.mark.parametrize("one_way", [False, True])
+def test_a_cold_start_one_way_is_no_direction(one_way: bool) -> None:
+    """The bench is cold at high speeds one way only: oil that is thick then is so either way, unless it is not where
+    both ways were driven warm.
+    """
+    frame = made.campaign()
+    fast, back = np.abs(frame.velocity) > 0.05, frame.direction < 0
+    cold = np.where(fast, back, frame.torque < 0.0)
+    frame = replace(frame, temperature=np.where(cold, 22.0, 38.0))
+    thick = np.abs(frame.velocity) * np.exp(-0.2 * (frame.temperature - 22.0))
+    course = np.where(one_way & ~back, 0.0, frame.direction * thick)
+    found = made.discovery("motor_torque", "friction.viscous_temperature", course, ("speed", "temperature"))
+    where, _ = _placed(found, frame)
+    assert where.direction == ("negative" if one_way else "both")
+
+
 def test_a_warm_up_one_way_at_a_speed_of_its_own_is_no_direction() -> None:
     frame = made.campaign()
     fast = frame.recording == 0
