@@ -28,8 +28,10 @@ recordings do not tell from one that is no step is where it adds something
 """
 PARTS = 60
 """of the range over which a step is looked for"""
-ALIKE_PARTS = 4
+ALIKE_PARTS = 8
 """of the range of a quantity that both directions have, inside which they are compared"""
+LEAST_SHARED = 0.5
+"""share of an effect's energy in the parts that both directions have, below which these do not tell its direction"""
 JUST_AFTER = ("since_reversal",)
 """variables of effects that act just after a start or a reversal"""
 LOAD = "load"
@@ -189,7 +191,7 @@ def _outside(values: FloatArray, weight: FloatArray, inside: Range) -> Range:
 def _direction(frame: Frame, energies_of_rows: FloatArray, weight: FloatArray, depends: Sequence[str]) -> str:
     """The direction that holds nine tenths of the energy, not only because the bench ran mostly that way, or warmed up
     at a speed of no other recording: both are asked where both directions were driven, and at like values of the
-    quantities that the effect ``depends`` on.
+    quantities that the effect ``depends`` on. Where these hold little of the energy the direction is not known.
     """
     forward = frame.last_direction > 0
     if min(weight[forward].sum(), weight[~forward].sum()) <= 0.0:
@@ -212,6 +214,8 @@ def _direction(frame: Frame, energies_of_rows: FloatArray, weight: FloatArray, d
     shared = np.min(weights, axis=0) > 0.0
     sums = [np.bincount(cell[rows], energies_of_rows[rows], shared.size)[shared] for rows in both]
     means = [float(np.sum(each / w[shared])) for each, w in zip(sums, weights, strict=True)]
+    if sum(float(each.sum()) for each in sums) < LEAST_SHARED * sum(energies):
+        return BOTH  # where it acts only one direction was driven: nothing tells what it does in the other
     for side, name in enumerate((POSITIVE, NEGATIVE)):
         if energies[side] >= HELD * sum(energies) > 0.0 and means[side] >= HELD * sum(means) > 0.0:
             return name

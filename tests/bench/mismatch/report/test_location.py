@@ -147,6 +147,20 @@ def test_a_direction_is_told_where_the_energy_is_and_not_where_the_bench_ran() -
     assert _placed(even, lopsided)[0].direction == "both"
 
 
+@pytest.mark.parametrize(("driven", "direction"), [(False, "both"), (True, "negative")])
+def test_a_band_of_load_that_was_driven_one_way_tells_no_direction(driven: bool, direction: str) -> None:
+    """At 400 N·m the bench went back only, and at -1000 N·m and 0 both ways; or at 400 N·m both ways as well."""
+    frame = made.campaign()
+    at = frame.torque == 400.0
+    back = frame.direction < 0
+    if not driven:
+        frame = replace(frame, torque=np.where(at & ~back, -300.0, frame.torque))
+        frame = replace(frame, torque_level=frame.torque)
+    course = np.where((frame.torque == 400.0) & back, 0.1, 0.0)
+    where, _ = _placed(made.discovery("motor_torque", "unknown", course, ("torque",)), frame)
+    assert where.direction == direction
+
+
 @pytest.mark.parametrize("one_way", [False, True])
 def test_a_cold_start_one_way_is_no_direction(one_way: bool) -> None:
     """The bench is cold at high speeds one way only: oil that is thick then is so either way, unless it is not where
