@@ -63,8 +63,8 @@ only one of them is told: a twentieth of :data:`SHAPE`, so that nature's form ma
 ONE_ERROR = 1.0
 """standard errors of a difference by which one of two may predict worse and still be as good: a formula than a table on
 points left out, a name with fewer numbers than one that it may as well be, a model with an effect than without it on
-recordings held out (the one-standard-error rule: Breiman,
-Friedman, Olshen, Stone, Classification and Regression Trees, 1984, section 3.4.3)
+recordings held out (the one-standard-error rule: Breiman, Friedman, Olshen, Stone, Classification and Regression Trees,
+1984, section 3.4.3)
 """
 LEAST_POWER = 1e-3
 """mean square of an order's wave over that of the noise of a sample, below which it is passed over: it adds half a

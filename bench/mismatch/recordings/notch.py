@@ -176,46 +176,48 @@ def notched(
     if not orders or moving.sum() < _FEWEST or float(np.ptp(angle[moving])) * min(orders) < 6.0 * np.pi:
         return out
     off = np.abs(torque[moving] - np.median(torque[moving]))
-    width, chosen = _course(angle, torque, moving, min(orders)) if driven else (0, moving.copy())
+    width = _wave_length(angle, moving, min(orders)) if driven else 0
+    course = uniform_filter1d(torque, width, mode="nearest") if width else np.zeros(angle.size)
+    chosen = _straight(course, width, moving) if width else moving.copy()
     chosen[moving] &= off <= np.percentile(off[:: max(1, off.size // _ENOUGH)], 99)
     if chosen.sum() > _ENOUGH:  # a wave of a million samples is as well known from some ten thousand
         chosen[np.flatnonzero(chosen)[np.arange(int(chosen.sum())) % (chosen.sum() // _ENOUGH) != 0]] = False
     if chosen.sum() < _FEWEST:
         return out
     frequencies = np.asarray(orders, dtype=np.float64)
-    line: FloatArray = np.linspace(-1.0, 1.0, angle.size)
-    slow = np.vstack([np.ones(int(chosen.sum())), *(x[chosen] for x in (direction, line, *beside))])
-    slow /= np.maximum(np.abs(slow).max(axis=1, keepdims=True), 1e-300)
     if width:
         waves = _waves(angle, frequencies)
-        waves -= uniform_filter1d(waves, width, axis=1, mode="nearest")
-        design, values = waves[:, chosen], (torque - uniform_filter1d(torque, width, mode="nearest"))[chosen]
+        design = (waves - uniform_filter1d(waves, width, axis=1, mode="nearest"))[:, chosen]
     else:
-        design, values = np.vstack([_waves(angle[chosen], frequencies), slow]), torque[chosen]
-    normal, right = design @ design.T, design @ values
+        line: FloatArray = np.linspace(-1.0, 1.0, angle.size)
+        slow = np.vstack([np.ones(int(chosen.sum())), *(x[chosen] for x in (direction, line, *beside))])
+        slow /= np.maximum(np.abs(slow).max(axis=1, keepdims=True), 1e-300)
+        design = np.vstack([_waves(angle[chosen], frequencies), slow])
+    normal, right = design @ design.T, design @ (torque - course)[chosen]
     normal[np.diag_indices_from(normal)] *= 1.0 + 1e-9
     beta: FloatArray = np.asarray(np.linalg.lstsq(normal, right, rcond=1e-12)[0], dtype=np.float64)
     cosine, sine = (beta[k : 2 * frequencies.size : 2] for k in (0, 1))
     return np.where(moving, of_orders(angle, frequencies, cosine, sine), 0.0)
 
 
-def _course(
-    angle: FloatArray, torque: FloatArray, moving: NDArray[np.bool_], lowest: float
-) -> tuple[int, NDArray[np.bool_]]:
-    """Over how many samples the mean of a torque that is driven up and down (n,) is its course: those of a revolution
-    of the ``lowest`` order at the speed that is usual. And where the course is straight: in the half of the ``moving``
-    samples where it bends least, the ends apart. A staircase holds all orders, and its corners are far larger than any
-    ripple. No samples where too few waves are in the recording.
+def _wave_length(angle: FloatArray, moving: NDArray[np.bool_], order: float) -> int:
+    """Samples of a wave of an order at the speed that is usual where an angle (n,) is ``moving``; the mean over so many
+    is the course of a torque that is driven up and down. 0 where a wave has too few samples, or a recording too few
+    waves.
     """
     step = float(np.median(np.abs(np.diff(angle))[moving[1:]]))
-    width = round(2.0 * np.pi / lowest / max(step, 1e-300))
-    if not 3 <= width <= angle.size // 4:
-        return 0, moving
-    course = uniform_filter1d(torque, width, mode="nearest")
-    bend = np.full(angle.size, np.inf)
+    width = round(2.0 * np.pi / order / max(step, 1e-300))
+    return width if 3 <= width <= angle.size // 4 else 0
+
+
+def _straight(course: FloatArray, width: int, moving: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """The half of the ``moving`` samples, but for the ends, where a course (n,) bends least over a ``width``: a
+    staircase holds all orders, and its corners are far larger than any ripple.
+    """
+    bend = np.full(course.size, np.inf)
     bend[width:-width] = np.abs(course[2 * width :] - 2.0 * course[width:-width] + course[: -2 * width])
-    straight = moving & np.isfinite(bend)
-    return width, straight & (bend <= np.median(bend[straight])) if straight.any() else straight
+    inside = moving & np.isfinite(bend)
+    return np.asarray(inside & (bend <= np.median(bend[inside]))) if inside.any() else inside
 
 
 def _waves(angle: FloatArray, orders: FloatArray) -> FloatArray:

@@ -104,7 +104,7 @@ def best_candidate(
     best: tuple[float, Chosen] | None = None
     nominal = any(LIBRARY[effect].nominal for effect in named)
     start = float(search.to_be_beaten(model.chosen).sum())
-    for candidate in chain.from_iterable(_possible_forms(search, forms.values()) for forms in named.values()):
+    for candidate in chain.from_iterable(possible_forms(search, forms.values()) for forms in named.values()):
         total = float(search.density([*model.chosen, candidate]).sum()) - handicap_of(search, candidate)
         total -= description(model, candidate)
         if not candidate.nominal:
@@ -153,7 +153,7 @@ def best_candidate(
     return None if best is None else best[1]
 
 
-def _possible_forms(search: Search, blocks: Iterable[int]) -> Iterator[Chosen]:
+def possible_forms(search: Search, blocks: Iterable[int]) -> Iterator[Chosen]:
     """Forms of one effect with their own parameters, the first that are possible and strong enough."""
     model = search.model
     shapes = (shaped(search, model.chosen, search.blocks[k].regressor) for k in blocks)

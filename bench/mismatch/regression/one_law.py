@@ -1,23 +1,22 @@
 """Two names, or one law that says what both say: springs and a Stribeck curve, or springs that stretch to that curve.
 
-A step of the search takes what predicts best by itself. A law that says more than its own effect is the best first step
-also where nature has two effects, and two names take its place where it was passed over. So both are compared when
-nothing more is found.
+A step of the search takes what predicts best by itself. A law that says more than its own effect can be the best first
+step also where nature has two effects or one of them, and two names take its place where it was passed over. So all are
+compared when nothing more is found.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import islice
 
-from bench.mismatch.regression.beside import handicap_of, in_its_form, shaped
-from bench.mismatch.regression.choosing import MOST_FORMS
+from bench.mismatch.regression.beside import handicap_of, in_its_form
+from bench.mismatch.regression.choosing import possible_forms
 from bench.mismatch.regression.description import description
 from bench.mismatch.regression.model import Chosen
 from bench.mismatch.regression.regressors import Named
+from bench.mismatch.regression.scan import Scan
 from bench.mismatch.regression.state import Search
-from bench.mismatch.regression.strength import strength
 from bench.simulation.terms import LIBRARY, Form, Term
 
 
@@ -30,13 +29,14 @@ def one_or_two(search: Search) -> None:
     for term, laws in _laws(channel):
         present = [c for c in search.model.chosen if c.effect == term.effect and isinstance(c.main.regressor, Named)]
         both = [c for c in search.model.chosen if c.effect in laws[0].says]
-        if not present or not (both or any(_is(c, law) for c in present for law in laws)):
+        if not present or not (both or any(_also(c) for c in present)):
             continue
         now = [*present, *both]
         others = [c for c in search.model.chosen if not any(c is k for k in now)]
         terms = [term, *(LIBRARY[effect] for effect in laws[0].says)]
-        sets = [now, _best(search, others, term, laws), _two(search, others, terms)]
-        sets += [_best(search, others, one, _plain(one, channel)) for one in terms]
+        seen = _scanned(search, others)
+        alone = [_best(search, others, seen, one, _plain(one, channel)) for one in terms]
+        sets = [now, _best(search, others, seen, term, laws), _two(search, others, alone[0], terms), *alone]
         formed = [_formed(search, others, found) for found in sets if found]
         best = max(formed, key=lambda found: _worth(search, others, found))
         if best is not formed[0]:
@@ -55,11 +55,6 @@ def _laws(channel: str) -> Iterator[tuple[Term, list[Form]]]:
 def _plain(term: Term, channel: str) -> list[Form]:
     """Forms of a term that say nothing else."""
     return [form for form in term.forms[channel] if not form.says]
-
-
-def _is(chosen: Chosen, form: Form) -> bool:
-    regressor = chosen.main.regressor
-    return isinstance(regressor, Named) and regressor.form is form
 
 
 def _worth(search: Search, others: Sequence[Chosen], found: Sequence[Chosen]) -> float:
@@ -88,31 +83,36 @@ def _also(chosen: Chosen) -> tuple[str, ...]:
     return regressor.form.says if isinstance(regressor, Named) else ()
 
 
-def _best(search: Search, others: Sequence[Chosen], term: Term, forms: Sequence[Form]) -> list[Chosen]:
-    """The best of some forms of a term beside others, refined from the point that gains most; nothing where none
-    is possible and strong enough.
+def _best(search: Search, others: Sequence[Chosen], seen: Scan, term: Term, forms: Sequence[Form]) -> list[Chosen]:
+    """The best of some forms of a term beside others, each refined from the point that gains most of those ``seen``
+    there; nothing where none is possible and strong enough.
     """
-    seen = search.scan(others, search.model.refitted(others))
     starts: dict[str, int] = {}
     for k in sorted(range(len(search.blocks)), key=lambda k: -float(seen.gain[k])):
         regressor = search.blocks[k].regressor
         if isinstance(regressor, Named) and regressor.term is term and regressor.form in forms:
             starts.setdefault(regressor.form.name, k)
-    refined = (shaped(search, others, search.blocks[k].regressor) for k in starts.values())
-    beside = replace(search.model, chosen=list(others), fit=search.model.refitted(others))
-    possible = islice((c for c in refined if c is not None and strength(beside, c).enough), MOST_FORMS)
-    best = max(possible, key=lambda c: _worth(search, others, [c]), default=None)
+    at = replace(search, model=replace(search.model, chosen=list(others), fit=search.model.refitted(others)))
+    best = max(possible_forms(at, starts.values()), key=lambda c: _worth(search, others, [c]), default=None)
     return [] if best is None else [best]
 
 
-def _two(search: Search, others: Sequence[Chosen], terms: Sequence[Term]) -> list[Chosen]:
-    """Each of some effects in a form that says nothing else, one beside the other; nothing where one is impossible."""
+def _scanned(search: Search, others: Sequence[Chosen]) -> Scan:
+    return search.scan(others, search.model.refitted(others))
+
+
+def _two(search: Search, others: Sequence[Chosen], first: list[Chosen], terms: Sequence[Term]) -> list[Chosen]:
+    """Each of some effects in a form that says nothing else, one beside the other, of which the ``first`` is known as
+    it is without the others; nothing where one is impossible.
+    """
     channel = search.model.channel
-    found: list[Chosen] = []
-    for number, term in enumerate(terms, start=1):
-        found += _best(search, [*others, *found], term, _plain(term, channel))
-        if len(found) < number:
-            return []
-    # the first was refined without the others
-    again = _best(search, [*others, *found[1:]], terms[0], _plain(terms[0], channel))
+    found = list(first)
+    for term in terms[1:]:
+        beside = [*others, *found]
+        further = _best(search, beside, _scanned(search, beside), term, _plain(term, channel)) if found else []
+        found = [*found, *further] if further else []
+    if not found:
+        return []
+    beside = [*others, *found[1:]]
+    again = _best(search, beside, _scanned(search, beside), terms[0], _plain(terms[0], channel))
     return [*again, *found[1:]] if again else []

@@ -145,10 +145,9 @@ def called_as_good(
     have made by chance has to be twice as large. Of a name ``at_its_end``, the end of its range, where it turns into
     another, whatever a few points may have made by chance says nothing.
     """
-    by_chance = not surely
-    enough = (2.0 if by_chance else 1.0) * criteria.VERY_STRONG
+    enough = (1.0 if surely else 2.0) * criteria.VERY_STRONG
     both_named = UNKNOWN not in (tested.effect, other.effect)
-    return odds > criteria.AS_GOOD or (both_named and (loss < enough or (by_chance and at_its_end)))
+    return odds > criteria.AS_GOOD or (both_named and (loss < enough or (at_its_end and not surely)))
 
 
 def _of_the_torque(chosen: Chosen) -> bool:

@@ -12,6 +12,7 @@ from bench.simulation.terms.base import (
     MOTOR_TORQUE,
     Columns,
     Form,
+    Grid,
     Point,
     Symbol,
     Term,
@@ -61,9 +62,15 @@ def _in_a_row(frame: Frame) -> float:
     return float(np.median(step[just])) if just.any() else 0.0
 
 
-def _dahl(between: Between) -> Columns:
+def _springs(between: Between) -> Columns:
+    """Springs that stretch to the Coulomb friction (point: the distance over which they do) or, with two more numbers,
+    to a Stribeck curve in its place (by how much that is higher, and its speed).
+    """
+
     def state_columns(frame: Frame, point: Point) -> FloatArray:
-        state = relaxing(frame.theta * frame.ratio, frame, point[0], between)
+        scale, *curve = point
+        height = 1.0 + curve[0] * np.exp(-((np.abs(frame.omega) / curve[1]) ** 2)) if curve else 1.0
+        state = relaxing(frame.theta * frame.ratio, frame, scale, between, height=height)
         return columns(np.where(frame.direction != 0, state - frame.direction, 0.0))
 
     return state_columns
@@ -73,18 +80,6 @@ def _lugre_grid(frame: Frame) -> tuple[Point, ...]:
     slowest = slow_speed(frame.omega)
     speeds = logarithmic(3.0 * slowest, max(min(0.5 * top(frame.omega), 40.0 * slowest), 6.0 * slowest), 3)
     return tuple((s, b, w) for (s,), b, (w,) in product(_grid(frame)[::2], HIGHER, speeds))
-
-
-def _lugre(between: Between) -> Columns:
-    """The springs stretch to the Stribeck curve in place of the Coulomb friction."""
-
-    def state_columns(frame: Frame, point: Point) -> FloatArray:
-        scale, higher, speed = point
-        height = 1.0 + higher * np.exp(-((np.abs(frame.omega) / speed) ** 2))
-        state = relaxing(frame.theta * frame.ratio, frame, scale, between, height=height)
-        return columns(np.where(frame.direction != 0, state - frame.direction, 0.0))
-
-    return state_columns
 
 
 def _since_reversal(frame: Frame, point: Point) -> FloatArray:
@@ -99,13 +94,34 @@ def _linear(frame: Frame, point: Point) -> FloatArray:
 
 F_D = Symbol("f_d", "N*m", "friction that needs a distance to build up", 0.0)
 S_D = Symbol("s_d", "rad", "distance at the motor shaft over which it builds up", 0.0)
-
 B_S = Symbol("b_s", "1", "share by which friction at standstill is above that in motion", 0.0)
 W_S = Symbol("w_s", "rad/s", "Stribeck speed of the motor shaft", 0.0)
 
 _LUGRE = "tau_m += f_d*(z - d), dz = (1 - z*sgn(dx)/h)*dx/s_d, h = 1 + b_s*exp(-(w_m/w_s)**2), x = phi, nothing at rest"
 _DAHL = "tau_m += f_d*(z - d), dz = (1 - z*sgn(dx))*dx/s_d, x = phi, nothing at rest"
 _WAY = "x: way of the motor since the start and each reversal"
+
+
+def _fresh_and_kept(
+    name: str, point: tuple[Symbol, ...], grid: Grid, equation: str, says: tuple[str, ...] = ()
+) -> tuple[Form, Form]:
+    """Springs that begin anew in each recording, and that a machine which stands between two keeps as they were."""
+
+    def form(suffix: str, between: Between, *, kept: bool) -> Form:
+        return Form(
+            f"{name}{suffix}",
+            _springs(between),
+            (F_D,),
+            point,
+            grid,
+            remembers=kept,
+            jumps=kept,
+            equation=f"{equation}, {begins('z', between)}",
+            says=says,
+        )
+
+    return form("", "fresh", kept=False), form("_kept", "kept", kept=True)
+
 
 TERM = Term(
     effect="friction.presliding",
@@ -115,38 +131,8 @@ TERM = Term(
     where="motor_torque in the first moments after a start or reversal",
     forms={
         MOTOR_TORQUE: (
-            Form("dahl", _dahl("fresh"), (F_D,), (S_D,), _grid, equation=f"{_DAHL}, {begins('z', 'fresh')}"),
-            # a machine that stands between two recordings is as they left it
-            Form(
-                "dahl_kept",
-                _dahl("kept"),
-                (F_D,),
-                (S_D,),
-                _grid,
-                remembers=True,
-                jumps=True,
-                equation=f"{_DAHL}, {begins('z', 'kept')}",
-            ),
-            Form(
-                "lugre",
-                _lugre("fresh"),
-                (F_D,),
-                (S_D, B_S, W_S),
-                _lugre_grid,
-                says=(STRIBECK,),
-                equation=f"{_LUGRE}, {begins('z', 'fresh')}",
-            ),
-            Form(
-                "lugre_kept",
-                _lugre("kept"),
-                (F_D,),
-                (S_D, B_S, W_S),
-                _lugre_grid,
-                remembers=True,
-                jumps=True,
-                says=(STRIBECK,),
-                equation=f"{_LUGRE}, {begins('z', 'kept')}",
-            ),
+            *_fresh_and_kept("dahl", (S_D,), _grid, _DAHL),
+            *_fresh_and_kept("lugre", (S_D, B_S, W_S), _lugre_grid, _LUGRE, (STRIBECK,)),
             Form(
                 "reversal",
                 _since_reversal,
