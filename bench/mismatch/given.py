@@ -23,7 +23,8 @@ from bench.simulation.frame import FloatArray
 from bench.simulation.heat_rates import HEATING, LESS, TAKEN_OFF, with_rates
 from bench.simulation.laws import Law
 from bench.simulation.laws import from_json as law_from_json
-from bench.simulation.model import NOMINAL_ORDERS, Simulation, Term
+from bench.simulation.model import Simulation, Term
+from bench.simulation.orders import nominal_orders
 from bench.simulation.terms import LIBRARY, LOAD_TORQUE, TRANSMISSION_ERROR
 from bench.simulation.waves import Wave
 
@@ -219,7 +220,7 @@ def _series_orders(model: Simulation, off: bool) -> set[float]:
     if series is not None and series.coefficients is not None:
         sets = (series.coefficients.positive, series.coefficients.negative)
         return {float(f) for s in sets if s is not None for f in s.orders}
-    return {float(f) for f in NOMINAL_ORDERS}
+    return set(nominal_orders(model.gearbox))
 
 
 def _orders_of_row(row: Row) -> list[float]:

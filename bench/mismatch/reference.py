@@ -21,6 +21,7 @@ from bench.mismatch.recordings.prepared import prepare
 from bench.mismatch.regression.bank import Fit
 from bench.mismatch.regression.model import Block, ChannelModel, fit_blocks
 from bench.mismatch.regression.sensitivity import PARAMETER, Sensitivity
+from bench.mismatch.simulation_file import of_gearbox
 from bench.recording import Recording
 from bench.simulation.model import Simulation, Term
 from bench.simulation.terms import LIBRARY
@@ -40,12 +41,15 @@ class Reference:
     base: Base | None = None
 
     def given(self, data: Dataset) -> Simulation:
-        """Our terms, without the nominal ones of channels that a simulation from elsewhere predicts.
+        """Our terms of the gearbox that was recorded, without the nominal ones of channels that a simulation from
+        elsewhere predicts.
 
-        In a simulation file that stands on one, terms that the file has stay as they are.
+        In a simulation file terms stay as the file has them.
         """
-        out = self.simulation
-        if self.base is None or self.kind == "model":
+        if self.kind == "model":
+            return self.simulation
+        out = of_gearbox(self.simulation, data.gearbox)
+        if self.base is None:
             return out
         for effect, term in LIBRARY.items():
             if term.nominal and set(term.forms) & data.simulated:

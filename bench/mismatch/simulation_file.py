@@ -47,7 +47,7 @@ def recalibrated(analysis: Analysis, gearbox: object) -> Simulation:
 
 
 def _completed(analysis: Analysis, found: Sequence[Discovery] | None, gearbox: object) -> Simulation:
-    out = _of_gearbox(analysis.given.simulation, gearbox)
+    out = of_gearbox(analysis.given.simulation, gearbox)
     rows: list[Row] = []
     models = {channel: search.model for channel, search in analysis.searches.items()}
     whole = analysis.transmission
@@ -103,7 +103,7 @@ def _with_zeros(simulation: Simulation, analysis: Analysis) -> Simulation:
     return simulation.with_term(replace(term, extra=extra))
 
 
-def _of_gearbox(simulation: Simulation, gearbox: object) -> Simulation:
+def of_gearbox(simulation: Simulation, gearbox: object) -> Simulation:
     """The simulation with the gearbox of the recordings, as their headers have it."""
     ratio = getattr(gearbox, "ratio", None)
     if ratio is None:
@@ -156,8 +156,8 @@ def _calibrated(out: Simulation, model: ChannelModel, block: Block, fit: Fit) ->
     train = model.problem.train
     if not np.any(named.columns(model.problem.rows.frame)[train]):
         return out  # nothing in these recordings depends on it: it stays as it was
-    coefficients, covariance = fit.of(block.indices)
-    std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    coefficients, _ = fit.of(block.indices)
+    std = model.std(block.indices, fit)
     values = {
         s.symbol: Parameter(float(v), s.unit, float(d))
         for s, v, d in zip(named.form.linear, coefficients, std, strict=True)

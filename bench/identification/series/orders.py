@@ -12,16 +12,10 @@ from scipy.ndimage import median_filter
 from bench.identification.samples.fractions import fractions
 from bench.identification.samples.reduction import Reduction
 from bench.simulation import Gearbox
+from bench.simulation.orders import nominal_orders
 from bench.simulation.parts import part_of
 
 FloatArray = NDArray[np.float64]
-
-OUTPUT_SHAFT = (1, 3, 6, 9, 13, 14, 18, 19, 27)
-PLANETARY = (1, 3)
-CYCLOID_STAGE = (1, 2, 3, 4, 6)
-INPUT_GEAR = (1,)
-CYCLOID_DISC = (2, 3, 4)
-"""Multiples the paper selected, of 1, u₁ = z₂/z₁, u₂ = z₄, z₁ and z₃."""
 
 NEIGHBOURHOOD = 61
 """Orders over which the noise beside a peak is taken."""
@@ -45,15 +39,10 @@ class Proposal:
 
 
 def default_orders(gearbox: Gearbox) -> tuple[int, ...]:
-    """Return the paper's choice for a gearbox's tooth numbers; the output shaft's alone where they are not known."""
-    orders = set(OUTPUT_SHAFT)
-    if gearbox.z1 and gearbox.z2:
-        orders |= {round(i * gearbox.z2 / gearbox.z1) for i in PLANETARY} | {i * gearbox.z1 for i in INPUT_GEAR}
-    if gearbox.z3:
-        orders |= {i * gearbox.z3 for i in CYCLOID_DISC}
-    if gearbox.z4:
-        orders |= {i * gearbox.z4 for i in CYCLOID_STAGE}
-    return tuple(sorted(orders))
+    """Return the paper's choice for a gearbox's tooth numbers, as whole orders; the output shaft's alone where they are
+    not known.
+    """
+    return tuple(sorted({round(f) for f in nominal_orders(gearbox)}))
 
 
 def peak_ratio(power: NDArray[np.float32]) -> FloatArray:

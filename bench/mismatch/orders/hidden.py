@@ -28,6 +28,11 @@ HIDDEN = 0.3
 each of the two takes 0.405 of a wave half way between them, over one and a tenth 0.33
 """
 
+NEAR = 3.0
+"""orders on either side that take part of a wave beside the two: a fifth of it at most over one revolution"""
+RIDGE = 1e-6
+"""keeps orders that one revolution does not tell apart from breaking a solve"""
+
 
 def unhide(seen: Seen, known: Collection[float], found: dict[float, WeakOrder], by: Evidence) -> bool:
     """Put an order between two whole ones in the place of these, among the ``found`` orders beside the ``known`` ones,
@@ -80,10 +85,11 @@ class _Pairs:
         """The order between ``lower`` and the next whole one that gains most in their place: what it gains more, the
         order, the whole ones; None where none gains enough.
         """
-        sides = (lower, lower + 1.0)
-        near = [f for f in self.seen.orders if is_between(f) and lower - 1.0 < f < lower + 2.0]
-        # of one that the simulation has nobody knows what it would be alone
-        if lower < 1.0 or lower + 1.0 > HIGHEST_BETWEEN or near or any(f in self.known for f in sides):
+        both = (lower, lower + 1.0)
+        near = [f for f in self.seen.orders if is_between(f) and lower < f < lower + 1.0]
+        # of one that the simulation has nobody knows what it would be alone: the other one is asked
+        sides = tuple(f for f in both if f not in self.known)
+        if lower < 1.0 or lower + 1.0 > HIGHEST_BETWEEN or near or not sides:
             return None
         here = [self._side(f) for f in sides]
         units = [float(one.shape[0] / here[0].shape[0]) for one in here]
@@ -96,7 +102,7 @@ class _Pairs:
             if together is None:
                 continue
             one, across = together
-            most = before - _score(one, 0.0) - across
+            most = before - _score(one, 0.0) - across  # all of it said
             if most <= max(least, best[0] if best is not None else -np.inf):
                 continue
             line = plainly(one, order)
@@ -137,9 +143,10 @@ class _Pairs:
 
     def _together(self, order: float, sides: tuple[float, ...], here: list[Stage]) -> tuple[Stage, float] | None:
         """The revolutions at an order between, from the vectors that its wave makes of the whole ones at its sides; and
-        the score of what these have that it does not make. None where they take little of it: it is not hidden.
+        the score of what these have that it does not make: nothing of one alone. None where they take little of it: it
+        is not hidden.
         """
-        makes = np.column_stack([self._makes(order, f, sides) for f in sides])
+        makes = np.column_stack([self._makes(order, f) for f in sides])
         if float(np.mean(np.abs(makes) ** 2, axis=0) @ [f in self.found for f in sides]) < HIDDEN:
             return None
         # each over its own noise, in units of the first one's shape
@@ -149,19 +156,27 @@ class _Pairs:
         size = np.sqrt(np.sum(np.abs(makes) ** 2, axis=1))
         along = np.sum(np.conj(makes) * shown, axis=1) / size
         one = here[0].rescaled(along[:, None], 1.0 / size, here[0].shape)
+        if len(sides) == 1:
+            return one, 0.0
         across = max(float(np.sum(np.abs(shown) ** 2)) - _energy(one), 0.0)
         return one, _score(one, across)
 
-    def _makes(self, order: float, side: float, sides: tuple[float, ...]) -> Complex:
-        """Vectors (revolutions,) that a wave of an ``order`` with the vector 1 makes of one whole order."""
-        if side not in self.seen.orders:
-            return self._mean(order - side, whole_revolutions=True)
-        other = next((f for f in sides if f != side and f in self.seen.orders), None)
-        own = self._mean(order - side)
-        if other is None:
-            return own
-        both, of_other = self._mean(other - side), self._mean(order - other)
-        return np.asarray((own - both * of_other) / (1.0 - np.abs(both) ** 2))
+    def _makes(self, order: float, side: float) -> Complex:
+        """Vectors (revolutions,) that a wave of an ``order`` with the vector 1 makes of one whole order, beside the
+        other orders near it that are fitted in each revolution.
+        """
+        near = [f for f in self.seen.orders if abs(f - order) <= NEAR]
+        taken: Complex = np.zeros((self.begin.size, len(near)), dtype=np.complex128)
+        if near:
+            mixed = np.stack([[self._mean(g - f) for g in near] for f in near]).transpose(2, 0, 1)
+            alone = np.stack([self._mean(order - f) for f in near], axis=1)
+            taken = np.asarray(np.linalg.solve(mixed + RIDGE * np.eye(len(near)), alone[:, :, None])[:, :, 0])
+        if side in near:
+            return np.asarray(taken[:, near.index(side)])
+        left = self._mean(order - side, whole_revolutions=True)
+        for k, f in enumerate(near):
+            left -= taken[:, k] * self._mean(f - side, whole_revolutions=True)
+        return left
 
     def _mean(self, off: float, whole_revolutions: bool = False) -> Complex:
         """Mean (revolutions,) of exp(j*off*theta) over the revolutions' rows, or those of whole revolutions."""

@@ -43,9 +43,10 @@ def alone(model: ChannelModel, effect: Chosen) -> Alone | None:
     left = [c for c in model.chosen if c is effect or not _changes(c, effect)]
     if len(left) == len(model.chosen):
         return None
-    coefficients, covariance = model.refitted(left).of(effect.main.indices)
+    fitted = model.refitted(left)
+    coefficients, _ = fitted.of(effect.main.indices)
     beside, _ = model.fit.of(effect.main.indices)
-    return Alone(coefficients, np.sqrt(np.maximum(np.diag(covariance), 0.0)), beside - coefficients)
+    return Alone(coefficients, model.std(effect.main.indices, fitted), beside - coefficients)
 
 
 def _changes(one: Chosen, law: Chosen) -> bool:

@@ -150,6 +150,17 @@ class Bank:
             return np.asarray(np.where(self.energy > 0, 1.0 / np.maximum(self.energy, 1e-300), 0.0))
         return np.asarray(variance / (1.0 + variance * self.energy))
 
+    def less_offsets(self, white: FloatArray, variance: float) -> FloatArray:
+        """Whitened columns (n, k) or one (n,) less so much of each recording's mean that their products are those with
+        the offsets marginalised.
+        """
+        columns = white[:, None] if white.ndim == 1 else white
+        energy = np.maximum(self.energy, 1e-300)
+        share = np.ones(energy.size) if np.isinf(variance) else 1.0 - 1.0 / np.sqrt(1.0 + variance * energy)
+        mean = self.whitening.by_recording(self.one[:, None] * columns) * (share / energy)[:, None]
+        out = columns - np.repeat(mean, np.diff(self.whitening.starts), axis=0) * self.one[:, None]
+        return np.asarray(out[:, 0] if white.ndim == 1 else out)
+
     def cost(self, variance: float) -> float:
         """Logarithm of the determinant of the offsets' covariance."""
         return 0.0 if np.isinf(variance) else float(np.sum(np.log1p(variance * self.energy)))
@@ -274,7 +285,7 @@ def solve(normal: Normal, precision: FloatArray | float = 0.0) -> tuple[FloatArr
     inverse = np.linalg.inv(normal.gram / np.outer(scale, scale) + np.diag(prior))
     right = normal.right / scale
     beta = inverse @ right
-    squares = normal.squares - float(beta @ right) - float(beta @ (RIDGE * beta)) * 0.0
+    squares = normal.squares - float(beta @ right)
     return beta / scale, inverse / np.outer(scale, scale), -0.5 * (squares + normal.cost)
 
 

@@ -79,7 +79,7 @@ def _discovery(
     status = UNKNOWN_STATUS if tested.effect == UNKNOWN else (AMBIGUOUS if as_good else NAMED)
     regressor = tested.main.regressor
     coefficients, covariance = model.fit.of(tested.main.indices)
-    std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    std = model.std(tested.main.indices)
     by_itself = alone(model, tested)
     wide = std if by_itself is None else by_itself.widened(std)
     course = excess_of(model, tested, frame, number)
@@ -218,8 +218,8 @@ def rows_of(model: ChannelModel, chosen: Chosen, fitted: Fit | None = None) -> l
     fit = model.fit if fitted is None else fitted
     out: list[dict[str, Any]] = []
     for block in chosen.blocks:
-        coefficients, covariance = fit.of(block.indices)
-        std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+        coefficients, _ = fit.of(block.indices)
+        std = model.std(block.indices, fit)
         if isinstance(block.regressor, Free):
             out += [{"effect": chosen.effect, **row} for row in block.regressor.rows(coefficients)]
         else:

@@ -81,6 +81,8 @@ class ChannelModel:
     calibration: Calibration
     price: float = 0.0
     notes: list[str] = field(default_factory=list)
+    differing: dict[int, float] = field(default_factory=dict)
+    """by the number of a column: factor by which recordings that differ make its coefficient less sure"""
 
     @property
     def channel(self) -> str:
@@ -119,6 +121,14 @@ class ChannelModel:
     def sum_of(self, effects: Sequence[Chosen], frame: Frame) -> FloatArray:
         """What some effects add together at the rows of a frame (n,)."""
         return sum((self.contribution(effect, frame) for effect in effects), np.zeros(frame.size))
+
+    def std(self, columns: Sequence[int], fitted: Fit | None = None) -> FloatArray:
+        """Standard deviations (k,) of the coefficients of some columns, by the noise of rows or, where these are
+        larger, by the differences of recordings.
+        """
+        _, covariance = (self.fit if fitted is None else fitted).of(columns)
+        factors = np.asarray([self.differing.get(i, 1.0) for i in columns])
+        return np.asarray(factors * np.sqrt(np.maximum(np.diag(covariance), 0.0)))
 
     def predict(self, frame: Frame, chosen: Sequence[Chosen] | None = None, fitted: Fit | None = None) -> FloatArray:
         """The channel, less what is fixed, as the model says on the rows of a frame (n,)."""

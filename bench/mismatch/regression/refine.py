@@ -17,6 +17,7 @@ from scipy.optimize import least_squares
 from bench.mismatch.regression.bank import RIDGE, Bank
 from bench.mismatch.regression.model import Block
 from bench.mismatch.regression.problem import ChannelProblem
+from bench.mismatch.regression.recordings_differ import wider
 from bench.mismatch.regression.regressors import Named, Regressor
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms import Form
@@ -35,25 +36,17 @@ class _Projector:
     """Whitens columns, marginalises the offsets, and takes off what the model's own columns say."""
 
     bank: Bank
-    shrink: FloatArray
+    variance: float
     basis: FloatArray
 
     def __call__(self, white: FloatArray) -> FloatArray:
-        columns = white[:, None] if white.ndim == 1 else white
-        starts = self.bank.whitening.starts
-        mean = self.bank.whitening.by_recording(self.bank.one[:, None] * columns) * self.shrink[:, None]
-        out = columns - np.repeat(mean, np.diff(starts), axis=0) * self.bank.one[:, None]
-        if self.basis.shape[1]:
-            out = out - self.basis @ (self.basis.T @ out)
-        return np.asarray(out[:, 0] if white.ndim == 1 else out)
+        out = self.bank.less_offsets(white, self.variance)
+        return np.asarray(out - self.basis @ (self.basis.T @ out)) if self.basis.shape[1] else out
 
 
 def projector(bank: Bank, blocks: Sequence[Block], variance: float) -> _Projector:
     """Projector off the columns of ``blocks`` for a variance of the offsets."""
-    energy = np.maximum(bank.energy, 1e-300)
-    share = np.ones(energy.size) if np.isinf(variance) else 1.0 - 1.0 / np.sqrt(1.0 + variance * energy)
-    shrink = share / energy
-    plain = _Projector(bank, shrink, np.zeros((bank.y.size, 0)))
+    plain = _Projector(bank, variance, np.zeros((bank.y.size, 0)))
     index = [i for b in blocks for i in b.indices]
     if not index:
         return plain
@@ -76,7 +69,7 @@ def projector(bank: Bank, blocks: Sequence[Block], variance: float) -> _Projecto
     kept = squares > 1e-12
     squares = np.clip(squares[kept], 0.0, 1.0)
     basis = half @ (eigenvectors[:, kept] / np.sqrt(squares)) * np.sqrt(1.0 - np.sqrt(1.0 - squares))
-    return _Projector(bank, shrink, basis)
+    return _Projector(bank, variance, basis)
 
 
 def refined(
@@ -156,6 +149,7 @@ def _deviation(
     inverse = np.linalg.inv(columns.T @ columns + RIDGE * np.eye(columns.shape[1]))
     size = np.sqrt(np.maximum(np.sum(white(point) ** 2, axis=0), 1e-300))
     beta = inverse @ (columns.T @ target) / size
+    left = target - columns @ (beta * size)
     slopes, moved = [], []
     for k in free:
         step = np.zeros(point.size)
@@ -172,6 +166,9 @@ def _deviation(
         scale = np.maximum(np.sqrt(np.sum(jacobian**2, axis=0)), 1e-300)
         normal = (jacobian / scale).T @ (jacobian / scale)
         joint = np.linalg.inv(normal + RIDGE * np.eye(free.size))
+        influence = (jacobian / scale) @ joint
+        factors = wider(influence, left, project.bank.whitening.starts, np.diag(joint))
+        joint = joint * np.outer(factors, factors)
         root = np.sqrt(np.maximum(np.diag(joint), 1e-300))
         spread = root / scale
         if free[0] == 0:

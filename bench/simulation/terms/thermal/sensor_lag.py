@@ -22,10 +22,31 @@ def _lagging_on(frame: Frame, point: Point) -> FloatArray:
     return columns(-integral(frame.power - campaign_lag(frame.power, frame, point[0]), frame) - frame.lead)
 
 
+def _two_grid(frame: Frame) -> tuple[Point, ...]:
+    return tuple((fast, slow * fast, share) for (fast,) in _grid(frame)[::2] for slow in SLOWER for share in SHARES)
+
+
+def _two_lagging_on(frame: Frame, point: Point) -> FloatArray:
+    fast, slow, share = point
+    late = (1.0 - share) * campaign_lag(frame.power, frame, fast) + share * campaign_lag(frame.power, frame, slow)
+    return columns(-integral(frame.power - late, frame) - frame.lead)
+
+
+SLOWER = (5.0,)
+"""how many times as slow the slower of two lags is at first"""
+SHARES = (0.15, 0.4)
+"""shares of what the sensor reads that come by the slower one at first"""
 PER_C = Symbol("1/C", "K/J", "one over the heat capacity", 0.0)
 TAU = Symbol("tau_s", "s", "time constant of the sensor", 0.0)
+TAU_2 = Symbol("tau_2", "s", "second, larger time constant of the sensor", 0.0)
+SHARE = Symbol("g", "1", "share of the second time constant", 0.0, 1.0)
 
 # the sensor is late by what heats, so the heat capacity is that of the lubricant
+# in a pocket, or where heat creeps along its sheath, a sensor has no one time constant
+_TWO = (
+    "dT/dt -= 1/C*(P - (1 - g)*P_1 - g*P_2), tau_s*dP_1/dt = P - P_1, tau_2*dP_2/dt = P - P_2, P: loss, P_1 and P_2 go"
+    " on between recordings"
+)
 _LAG = "dT/dt -= 1/C*(P - P_s), tau_s*dP_s/dt = P - P_s, P: loss"
 
 TERM = Term(
@@ -53,6 +74,16 @@ TERM = Term(
                 _grid,
                 remembers=True,
                 equation=f"{_LAG}, P_s goes on between recordings",
+                shares=LOSS_HEATING.effect,
+            ),
+            Form(
+                "two_lags_kept",
+                _two_lagging_on,
+                (PER_C,),
+                (TAU, TAU_2, SHARE),
+                _two_grid,
+                remembers=True,
+                equation=_TWO,
                 shares=LOSS_HEATING.effect,
             ),
         )

@@ -47,6 +47,24 @@ def test_intervals_of_a_nonlinear_parameter_cover_the_truth() -> None:
     assert 0.7 < np.sqrt(np.mean(z**2)) < 1.35
 
 
+def test_recordings_that_differ_make_a_parameter_less_sure() -> None:
+    """Each recording has a speed of its own: the mean of them is known as well as they agree, not as well as rows."""
+    scores = []
+    frame = campaign()
+    for seed in range(DRAWS):
+        rng = np.random.default_rng(seed)
+        speeds = SPEED * np.exp(0.3 * rng.normal(size=int(frame.recording.max()) + 1))
+        curve = np.exp(-((frame.omega / speeds[frame.recording]) ** 2)) * frame.direction
+        y = 0.6 * frame.direction + 0.01 * frame.omega + SIZE * curve + rng.normal(scale=0.1 * SIGMA, size=frame.size)
+        own = problem(frame, y)
+        bank, base = banked(own, 0.1 * SIGMA)
+        better = refined(own, bank, base, stribeck(3.0), 0.0)
+        assert better.deviation[0] is not None
+        scores.append((better.point[0] - SPEED) / better.deviation[0])
+    assert np.sum(np.abs(scores) < 1.96) >= 32
+    assert np.sqrt(np.mean(np.square(scores))) < 1.6
+
+
 def test_the_interval_of_a_coefficient_knows_that_of_the_shape() -> None:
     """With the shape held at its best value a coefficient looks surer than it is."""
     told, held = [], []

@@ -1,0 +1,34 @@
+"""Orders of the nominal series of a gearbox, from its tooth numbers.
+
+The paper selects twenty orders of one gearbox and names the part behind each (Bauer et al., ICIT 2025). As
+multiples of the parts' first orders they are those of any gearbox of its make.
+"""
+
+from __future__ import annotations
+
+from bench.simulation.model import Gearbox
+
+OUTPUT_SHAFT = (1, 3, 6, 9, 13, 14, 18, 19, 27)
+PLANETARY = (1, 3)
+CYCLOID_STAGE = (1, 2, 3, 4, 6)
+INPUT_GEAR = (1,)
+CYCLOID_DISC = (2, 3, 4)
+"""multiples the paper selected, of 1, u₁ = z₂/z₁, u₂ = z₄, z₁ and z₃"""
+
+
+def nominal_orders(gearbox: Gearbox) -> tuple[float, ...]:
+    """Orders of the nominal series, ascending: those of the output shaft, and of each part whose teeth are known.
+
+    A gearbox that tells no tooth numbers and has the nominal one's ratio counts as that.
+    """
+    teeth = (gearbox.z1, gearbox.z2, gearbox.z3, gearbox.z4)
+    if not any(teeth) and not Gearbox().unlike(gearbox.ratio):
+        gearbox = Gearbox()
+    orders = {float(i) for i in OUTPUT_SHAFT}
+    if gearbox.z1 and gearbox.z2:
+        orders |= {i * gearbox.z2 / gearbox.z1 for i in PLANETARY} | {float(i * gearbox.z1) for i in INPUT_GEAR}
+    if gearbox.z3:
+        orders |= {float(i * gearbox.z3) for i in CYCLOID_DISC}
+    if gearbox.z4:
+        orders |= {float(i * gearbox.z4) for i in CYCLOID_STAGE}
+    return tuple(sorted(orders))
