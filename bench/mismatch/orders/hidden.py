@@ -114,8 +114,22 @@ class _Pairs:
                 best = total, line
         if best is None:
             return None
+        if len(sides) == 1 and best[0] - self._elsewhere(sides[0], lower, here[0]) < criteria.RICHER:
+            return None
         more = best[0] - sum(self._whole_gain(f, one, True) for f, one in zip(sides, here, strict=True)) - self._price
         return (more, best[1], sides) if more > 0.0 else None
+
+    def _elsewhere(self, side: float, lower: float, here: Stage) -> float:
+        """The most that an order on the other side of a whole one gains from it alone: revolutions that all begin at
+        one angle do not tell on which side it is.
+        """
+        other = side - 1.0 if side == lower else side
+        gains = [0.0]
+        for part in range(1, PARTS):
+            order = other + part / PARTS
+            one = self._along(order, (side,), [here])[0]
+            gains.append(max(plainly(one, order).gain, varying_gain(one)))
+        return max(gains)
 
     @property
     def _price(self) -> float:
@@ -146,20 +160,26 @@ class _Pairs:
         the score of what these have that it does not make: nothing of one alone. None where they take little of it: it
         is not hidden.
         """
-        makes = np.column_stack([self._makes(order, f) for f in sides])
-        if float(np.mean(np.abs(makes) ** 2, axis=0) @ [f in self.found for f in sides]) < HIDDEN:
+        taken = [f for f in (np.floor(order), np.floor(order) + 1.0) if f in self.seen.orders]
+        share = float(sum(np.mean(np.abs(self._makes(order, f)) ** 2) for f in taken))
+        if share < HIDDEN or not any(f in self.found for f in sides):
             return None
-        # each over its own noise, in units of the first one's shape
-        units = np.column_stack([one.scale * one.shape[0] for one in here]) / here[0].shape[0]
-        makes = makes / units
-        shown = np.column_stack([one.vectors[:, 0] * one.scale for one in here]) / units
-        size = np.sqrt(np.sum(np.abs(makes) ** 2, axis=1))
-        along = np.sum(np.conj(makes) * shown, axis=1) / size
-        one = here[0].rescaled(along[:, None], 1.0 / size, here[0].shape)
+        one, shown = self._along(order, sides, here)
         if len(sides) == 1:
             return one, 0.0
         across = max(float(np.sum(np.abs(shown) ** 2)) - _energy(one), 0.0)
         return one, _score(one, across)
+
+    def _along(self, order: float, sides: tuple[float, ...], here: list[Stage]) -> tuple[Stage, Complex]:
+        """What the vectors of whole orders have of a wave of an ``order``, as the revolutions at it; and these vectors
+        (revolutions, sides), each over its own noise, in units of the first one's shape.
+        """
+        units = np.column_stack([one.scale * one.shape[0] for one in here]) / here[0].shape[0]
+        makes = np.column_stack([self._makes(order, f) for f in sides]) / units
+        shown = np.column_stack([one.vectors[:, 0] * one.scale for one in here]) / units
+        size = np.sqrt(np.sum(np.abs(makes) ** 2, axis=1))
+        along = np.sum(np.conj(makes) * shown, axis=1) / size
+        return here[0].rescaled(along[:, None], 1.0 / size, here[0].shape), shown
 
     def _makes(self, order: float, side: float) -> Complex:
         """Vectors (revolutions,) that a wave of an ``order`` with the vector 1 makes of one whole order, beside the

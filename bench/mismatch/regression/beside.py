@@ -231,3 +231,21 @@ def differs_from_zero(coefficients: FloatArray, covariance: FloatArray) -> bool:
         return True
     together = float(coefficients @ np.linalg.pinv(covariance, hermitian=True) @ coefficients)
     return bool(chi2.sf(together, coefficients.size) < 2.0 * norm.sf(criteria.TOLD))
+
+
+UNTOLD = 1e6
+"""standard deviation, over the size, of a number that the recordings do not tell"""
+
+
+def size_of_term(
+    regressor: Regressor, coefficients: FloatArray, covariance: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Numbers (k,) that are all zero where a term is nothing, and their covariance (k, k), as good as infinite where
+    the recordings do not tell one: its coefficients; of a term with the coefficient of another its nonlinear
+    parameters.
+    """
+    if isinstance(regressor, Named) and regressor.form.shares and regressor.point:
+        deviation = regressor.deviation or (None,) * len(regressor.point)
+        std = [UNTOLD * max(abs(p), 1.0) if d is None else d for d, p in zip(deviation, regressor.point, strict=True)]
+        return np.asarray(regressor.point), np.diag(np.square(std))
+    return coefficients, covariance

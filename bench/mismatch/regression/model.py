@@ -122,13 +122,17 @@ class ChannelModel:
         """What some effects add together at the rows of a frame (n,)."""
         return sum((self.contribution(effect, frame) for effect in effects), np.zeros(frame.size))
 
-    def std(self, columns: Sequence[int], fitted: Fit | None = None) -> FloatArray:
-        """Standard deviations (k,) of the coefficients of some columns, by the noise of rows or, where these are
-        larger, by the differences of recordings.
+    def covariance(self, columns: Sequence[int], fitted: Fit | None = None) -> FloatArray:
+        """Covariance (k, k) of the coefficients of some columns, by the noise of rows and, where that makes them less
+        sure, by the differences of recordings.
         """
         _, covariance = (self.fit if fitted is None else fitted).of(columns)
         factors = np.asarray([self.differing.get(i, 1.0) for i in columns])
-        return np.asarray(factors * np.sqrt(np.maximum(np.diag(covariance), 0.0)))
+        return np.asarray(covariance * np.outer(factors, factors))
+
+    def std(self, columns: Sequence[int], fitted: Fit | None = None) -> FloatArray:
+        """Standard deviations (k,) of these coefficients."""
+        return np.asarray(np.sqrt(np.maximum(np.diag(self.covariance(columns, fitted)), 0.0)))
 
     def predict(self, frame: Frame, chosen: Sequence[Chosen] | None = None, fitted: Fit | None = None) -> FloatArray:
         """The channel, less what is fixed, as the model says on the rows of a frame (n,)."""

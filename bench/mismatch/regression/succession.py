@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from bench.mismatch import criteria
-from bench.mismatch.regression.beside import differs_from_zero, handicap_of, in_its_form
+from bench.mismatch.regression import recordings_differ
+from bench.mismatch.regression.beside import differs_from_zero, handicap_of, in_its_form, size_of_term
 from bench.mismatch.regression.description import description
 from bench.mismatch.regression.equivalent import explains_most
 from bench.mismatch.regression.heredity import laws, without
@@ -54,7 +55,10 @@ def _succeeded(search: Search) -> list[Slot]:
     exchanges = 2 * len(search.model.chosen)
     while True:
         model = search.model
-        successors = (successor for slot in found if (successor := _succession(model, slot)) is not None)
+        doubtful = _doubtful(model)
+        successors = (
+            successor for slot in found if (successor := _succession(model, slot, slot.chosen in doubtful)) is not None
+        )
         chosen = next((s for s in successors if exchanges > 0 or len(s) < len(model.chosen)), None)
         if chosen is None:
             return found
@@ -149,10 +153,12 @@ def without_empty_laws(search: Search, found: Sequence[Slot]) -> list[Slot]:
     return [slot for slot in found if slot.chosen in search.model.chosen]
 
 
-def _succession(model: ChannelModel, slot: Slot) -> list[Chosen] | None:
-    """Effects with what takes a slot's place, or with nothing there; None where the slot's effect stays."""
+def _succession(model: ChannelModel, slot: Slot, doubtful: bool = False) -> list[Chosen] | None:
+    """Effects with what takes a slot's place, or with nothing there, as where it is ``doubtful``; None where the slot's
+    effect stays.
+    """
     others = without(model.chosen, slot.chosen, model.problem.lacking)
-    if slot.needless or _drawn_by_the_unknown(model, slot.chosen) or _by_chance(slot):
+    if doubtful or slot.needless or _drawn_by_the_unknown(model, slot.chosen) or _by_chance(slot):
         return others
     if slot.plainer is not None:
         return [*others, slot.plainer.chosen]
@@ -181,6 +187,20 @@ def _succession(model: ChannelModel, slot: Slot) -> list[Chosen] | None:
     # beside another function without a name that name would be a part of the unknown again
     beside = any(without_a_name(c) for c in others)
     return [*others, best.chosen] if best.surely_better or not beside or explains_most(model, best.chosen) else None
+
+
+def _doubtful(model: ChannelModel) -> list[Chosen]:
+    """Effects that are not surely more than nothing, as recordings differ: what rows of one recording share, a start or
+    a zero of its own, makes rows as sure of an effect as if each said so.
+    """
+    model.differing = recordings_differ.of_fit(model.bank, model.fit)
+    out = []
+    for effect in model.chosen:
+        indices = effect.main.indices
+        size = size_of_term(effect.main.regressor, model.fit.of(indices)[0], model.covariance(indices))
+        if not effect.nominal and not differs_from_zero(*size):
+            out.append(effect)
+    return out
 
 
 def _by_chance(slot: Slot) -> bool:

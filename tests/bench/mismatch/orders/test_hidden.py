@@ -52,14 +52,37 @@ def test_whole_orders_stay_where_they_are(waves: list[tuple[float, float, float]
     assert set(found) == before == {f for f, _, _ in waves}
 
 
-@pytest.mark.parametrize(("travelled", "known"), [(1.0, (87.0, 89.0)), (2.0, (87.0,)), (2.0, (87.0, 89.0))])
-def test_beside_an_order_of_the_simulation_none_is_put(travelled: float, known: tuple[float, ...]) -> None:
-    """Nobody knows what the simulation's own order is alone: what is left tells the phase, which many places have."""
-    waves = np.array([(88.0 - 1.0 / 12.0, 20.0 * NOISE, 0.4), *((f, 10.0 * NOISE, 1.0) for f in known)])
+NOTHING = WeakOrder(88.0, ("1",), np.zeros(1, dtype=np.complex128), np.zeros(1), 0.0)
+
+
+def beside_known(order: float, travelled: float, known: tuple[float, ...]) -> list[float]:
+    """What is in the place of 88, which was found where an ``order`` acts beside ``known`` ones of the simulation."""
+    waves = np.array([(order, 20.0 * NOISE, 0.4), *((f, 10.0 * NOISE, 1.0) for f in known)])
     now, revolutions = shown(16, travelled, waves, (88.0, *known))
-    found = {88.0: WeakOrder(88.0, ("1",), np.zeros(1, dtype=np.complex128), np.zeros(1), 0.0)}
-    assert not unhide(now, known, found, Evidence(revolutions, np.ones(16, dtype=bool), PRICE))
-    assert set(found) == {88.0}
+    found = {88.0: NOTHING}
+    put = unhide(now, known, found, Evidence(revolutions, np.ones(16, dtype=bool), PRICE))
+    assert put == (set(found) != {88.0})
+    return sorted(found)
+
+
+@pytest.mark.parametrize("part", range(1, 12))
+@pytest.mark.parametrize("travelled", [1.02, 1.05])
+def test_beside_orders_of_the_simulation_the_other_side_tells_the_place(part: int, travelled: float) -> None:
+    """What the simulation's own order is alone nobody knows: its vectors are not asked."""
+    order = 88.0 - part / 12.0
+    assert beside_known(order, travelled, (87.0, 89.0)) == [order]
+    if travelled == 1.05:
+        assert beside_known(order, travelled, (87.0,)) == [order]
+
+
+@pytest.mark.parametrize("part", range(1, 12))
+def test_revolutions_that_begin_at_one_angle_do_not_tell_the_side(part: int) -> None:
+    assert beside_known(88.0 - part / 12.0, 1.0, (87.0, 89.0)) == [88.0]
+
+
+@pytest.mark.parametrize("known", [(87.0,), (87.0, 89.0)])
+def test_beside_an_order_of_the_simulation_none_is_put_that_nothing_hides(known: tuple[float, ...]) -> None:
+    assert beside_known(88.0 - 1.0 / 12.0, 2.0, known) == [88.0]
 
 
 def test_an_order_that_whole_ones_do_not_take_is_not_hidden_by_them() -> None:

@@ -40,3 +40,16 @@ def test_the_sensor_goes_on_rising_in_the_recording_after_a_warm_up() -> None:
 
     assert told(kept) == pytest.approx(risen, abs=0.01 * risen[-1])
     assert np.abs(told(fresh)).max() < 1e-12
+
+
+def test_two_lags_are_the_mean_of_one_of_each_by_their_share() -> None:
+    rows = frame().take(slice(0, 2 * ROWS))
+    clock = STEP_S * np.arange(rows.size)
+    heated = replace(rows, time=np.asarray(clock, dtype=np.float64), power=np.where(clock < 20.0, LOSS_W, 0.0))
+    one, two = (LIBRARY["thermal.sensor_lag"].form(TEMPERATURE, name) for name in ("first_order_kept", "two_lags_kept"))
+    assert one is not None
+    assert two is not None
+    fast, slow = (one.columns(heated, (tau,))[:, 0] for tau in (TAU_S, 6.0 * TAU_S))
+    both = two.columns(heated, (TAU_S, 6.0 * TAU_S, 0.3))[:, 0]
+    assert both == pytest.approx(0.7 * fast + 0.3 * slow, abs=1e-9 * np.abs(slow).max())
+    assert np.ptp(slow) > 1.5 * np.ptp(fast)

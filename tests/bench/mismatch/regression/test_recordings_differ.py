@@ -1,0 +1,55 @@
+"""Numbers that recordings do not agree on are less sure than their rows say."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bench.mismatch.regression.model import Chosen, add_block
+from bench.mismatch.regression.recordings_differ import wider
+from bench.mismatch.regression.regressors import named
+from bench.mismatch.regression.search import begun
+from bench.mismatch.regression.succession import _doubtful
+from bench.simulation.terms import MOTOR_TORQUE
+from tests.bench.mismatch.regression.synthetic import campaign, problem
+
+SIGMA, SPEED = 0.01, 4.0
+
+
+@pytest.mark.parametrize(("alike", "doubtful"), [(True, False), (False, True)])
+def test_an_effect_that_recordings_have_with_any_sign_is_doubtful(alike: bool, doubtful: bool) -> None:
+    frame, rng = campaign(), np.random.default_rng(4)
+    curve = named("friction.stribeck", MOTOR_TORQUE, "gaussian", (SPEED,))
+    signs = np.sign(rng.normal(size=int(frame.recording.max()) + 1))
+    size = 0.05 * (np.ones_like(signs) if alike else signs - signs.mean())[frame.recording]
+    y = 0.6 * frame.direction + size * curve.columns(frame)[:, 0] + rng.normal(scale=SIGMA, size=frame.size)
+    search = begun(problem(frame, y))
+    block = add_block(search.model.problem, search.bank, curve)
+    effect = Chosen(block)
+    model = replace(search.model, chosen=[effect], fit=search.model.refitted([effect]))
+    assert (_doubtful(model) == [effect]) is doubtful
+    (noise,) = np.sqrt(np.diag(model.fit.of(block.indices)[1]))
+    (told,) = model.std(block.indices)
+    assert bool(told > 3.0 * noise) is doubtful
+
+
+def test_two_recordings_widen_nothing() -> None:
+    """One always agrees with itself, and two may by chance."""
+    starts = np.array([0, 50, 100])
+    rng = np.random.default_rng(1)
+    influence, left = rng.normal(size=(100, 1)), rng.normal(size=100)
+    assert wider(influence, left + 5.0 * influence[:, 0], starts, np.array([1e-6])) == pytest.approx([1.0])
+
+
+def test_independent_rows_widen_little() -> None:
+    rng = np.random.default_rng(2)
+    factors = []
+    for _ in range(50):
+        columns = rng.normal(size=(2000, 2))
+        covariance = np.linalg.inv(columns.T @ columns)
+        starts = np.arange(0, 2001, 50)
+        factors.append(wider(columns @ covariance, rng.normal(size=2000), starts, np.diag(covariance)))
+    assert 1.0 <= np.median(factors) < 1.1
+    assert np.max(factors) < 1.6

@@ -1,0 +1,35 @@
+"""The simulation that recordings are compared with when none is given: of the gearbox that was recorded."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast
+
+from bench.mismatch.given import Given
+from bench.mismatch.reference import open_reference
+from bench.recording.header import Gearbox
+from bench.simulation.model import Simulation
+from bench.simulation.orders import nominal_orders
+
+
+@dataclass
+class Recorded:
+    """What is asked of a folder's data."""
+
+    gearbox: Gearbox
+    simulated: frozenset[str] = frozenset()
+
+
+def test_its_orders_are_those_of_the_recorded_teeth(tmp_path: Path) -> None:
+    data = cast(Any, Recorded(Gearbox(ratio=120.0, z1=18, z2=63, z3=33, z4=34)))
+    given = open_reference(None, tmp_path).given(data)
+    assert given.gearbox.z4 == 34
+    assert Given.of(given).orders == nominal_orders(given.gearbox) != Given.of(Simulation.nominal()).orders
+
+
+def test_a_file_keeps_its_own(tmp_path: Path) -> None:
+    file = tmp_path / "model.json"
+    Simulation.nominal().save(file)
+    data = cast(Any, Recorded(Gearbox(ratio=120.0, z1=18, z2=63, z3=33, z4=34)))
+    assert open_reference(file, tmp_path).given(data).gearbox.ratio == 185.0

@@ -1,0 +1,18 @@
+"""Orders of the nominal series by tooth numbers."""
+
+from __future__ import annotations
+
+from bench.simulation.model import NOMINAL_ORDERS, Gearbox
+from bench.simulation.orders import OUTPUT_SHAFT, nominal_orders
+
+
+def test_of_the_papers_gearbox_they_are_the_papers() -> None:
+    assert nominal_orders(Gearbox()) == NOMINAL_ORDERS
+    assert nominal_orders(Gearbox(185.02, None, None, None, None)) == NOMINAL_ORDERS
+
+
+def test_of_another_gearbox_they_follow_its_teeth_that_are_known() -> None:
+    orders = set(nominal_orders(Gearbox(120.0, 18, 63, 33, 34)))
+    assert orders == {*OUTPUT_SHAFT, 3.5, 10.5, 34.0, 68.0, 102.0, 136.0, 204.0, 18.0, 66.0, 99.0, 132.0}
+    assert set(nominal_orders(Gearbox(15.0, None, None, None, 16))) == {*OUTPUT_SHAFT, 16.0, 32.0, 48.0, 64.0, 96.0}
+    assert nominal_orders(Gearbox(15.0, None, None, None, None)) == OUTPUT_SHAFT
