@@ -20,7 +20,7 @@ from bench.identification.samples.rounding import find_step
 from bench.identification.samples.steady import ReductionOptions
 from bench.identification.samples.windows import Skipped
 from bench.identification.selection import select
-from bench.identification.series.orders import Proposal, default_orders, nuisance_orders, propose
+from bench.identification.series.orders import Proposal, nuisance_orders, propose
 from bench.identification.series.paper import identify_paper
 from bench.identification.series.refined import RefinedDirection, identify_direction
 from bench.identification.series.ripple import find_ripple
@@ -29,6 +29,7 @@ from bench.identification.validation import Score, score
 from bench.processes import over
 from bench.recording import Recording, RecordingFolder
 from bench.simulation import Gearbox, TransmissionErrorModel
+from bench.simulation.orders import nominal_orders
 
 METHODS = ("refined", "paper")
 Progress = Callable[[int, int], None]
@@ -136,7 +137,7 @@ def identify_folder(folder: Path | str, options: Options, progress: Progress | N
         reason = f" ({skipped[0].why})" if skipped else ""
         raise RecordingError(f"{folder}: holds no recording that can be used{reason}")
     gearbox = _gearbox(recordings)
-    orders: tuple[float, ...] = options.orders or default_orders(gearbox)
+    orders: tuple[float, ...] = options.orders or nominal_orders(gearbox)
     if any(f < 1 for f in orders):
         raise BenchError(f"Harmonic orders should be 1 or higher, not {min(orders):g}.")
     notch, ripple_text = (options.notch_orders, "") if options.notch_orders is not None else find_ripple(recordings)

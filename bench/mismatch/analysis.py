@@ -41,6 +41,7 @@ from bench.mismatch.who_reads_wrong import as_reported, mark, mark_load, of_load
 from bench.simulation.frame import FloatArray
 from bench.simulation.memory import campaign_lag, lag
 from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
+from bench.simulation.terms.thermal.sensor_lag import lags_of
 
 Progress = Callable[[str, float], None]
 
@@ -257,7 +258,8 @@ def _holds_with(
 
 def behind_of(model: ChannelModel) -> FloatArray | None:
     """By how much the gearbox is warmer than its sensor reads (n,), K, at the rows of a model of the temperature; None
-    where it has no lag. The reading rises by P_s/C, the gearbox by P/C (P_s: the loss that the sensor has followed).
+    where it has no lag. The reading rises by P_s/C, the gearbox by P/C (P_s: the loss that the sensor has followed, or
+    the mean of two by their shares).
     """
     frame = model.problem.rows.frame
     out: FloatArray | None = None
@@ -265,8 +267,10 @@ def behind_of(model: ChannelModel) -> FloatArray | None:
         regressor = chosen.main.regressor
         if chosen.effect == LAG and isinstance(regressor, Named):
             follow = campaign_lag if regressor.form.remembers else lag
-            rate = float(model.fit.of(chosen.main.indices)[0][0]) * follow(frame.power, frame, regressor.point[0])
-            out = regressor.point[0] * rate + (0.0 if out is None else out)
+            per_capacity = float(model.fit.of(chosen.main.indices)[0][0])
+            for constant, share in lags_of(regressor.point):
+                followed = share * constant * per_capacity * follow(frame.power, frame, constant)
+                out = followed + (0.0 if out is None else out)
     return out
 
 

@@ -15,13 +15,14 @@ from bench.mismatch.orders.periodic import Periodic
 from bench.mismatch.recordings.beginning import at_start, risen
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.vibration import Density
-from bench.mismatch.regression import noise, recordings_differ
+from bench.mismatch.regression import noise
 from bench.mismatch.regression.course import columns_at
 from bench.mismatch.regression.discoveries import discoveries as of_regression
 from bench.mismatch.regression.hidden_states import with_states
 from bench.mismatch.regression.model import ChannelModel, of_start
 from bench.mismatch.regression.open_forms import with_open_forms
 from bench.mismatch.regression.problem import NUISANCE, WanderingZero
+from bench.mismatch.regression.recordings_differ import Differences
 from bench.mismatch.regression.slow_noise import scattered
 from bench.mismatch.regression.state import Search
 from bench.mismatch.regression.succession import settle, without_empty_laws
@@ -46,7 +47,7 @@ def of_search(search: Search, data: Dataset, formulas: bool) -> ChannelOutcome:
         slots = in_formulas(search, slots, data.auxiliary_units)
     slots = with_open_forms(search, without_empty_laws(search, slots))
     model = search.model
-    model.differing = recordings_differ.of_fit(model.bank, model.fit)
+    model.differences = Differences.of(model.bank, model.fit)
     problem = model.problem
     frame = problem.rows.frame
     whole = of_start(problem, model.predict(frame))
@@ -95,7 +96,7 @@ def of_transmission(model: TransmissionModel, data: Dataset, seed: int, formulas
     slots = with_open_forms(offset, slots)
     frame = model.rows.frame
     offset_model = offset.model
-    offset_model.differing = recordings_differ.of_fit(offset_model.bank, offset_model.fit)
+    offset_model.differences = Differences.of(offset_model.bank, offset_model.fit)
     periodic = model.periodic.evaluate(frame) if model.periodic is not None else np.zeros(frame.size)
     given = np.zeros(frame.size)
     if model.plain is not None:

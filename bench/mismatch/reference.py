@@ -81,8 +81,9 @@ def values_of(analysis: Analysis, base: Base, whole: bool = True) -> tuple[dict[
     for model in models_of(analysis):
         fit = model.fit if whole else model.refitted([])
         for block in parameters_in(model):
-            coefficients, covariance = fit.of(block.indices)
-            weights.setdefault(named(block), []).append((float(coefficients[0]), float(covariance[0, 0])))
+            coefficients, _ = fit.of(block.indices)
+            variance = float(model.covariance(block.indices, fit)[0, 0])
+            weights.setdefault(named(block), []).append((float(coefficients[0]), variance))
     values, std = dict(base.named), {}
     for name, estimates in weights.items():
         precision = [1.0 / max(v, 1e-300) for _, v in estimates]

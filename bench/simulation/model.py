@@ -46,6 +46,8 @@ NOMINAL_TERMS: tuple[str, ...] = (
 _COEFFICIENT_TERMS = ("te.fourier", "te.offset")
 
 
+TEETH = ("z1", "z2", "z3", "z4")
+"""tooth numbers of a gearbox in a file"""
 SAME_RATIO = 1e-3
 """relative difference up to which two gear ratios are one, rounded: tooth numbers make far larger steps"""
 
@@ -237,7 +239,11 @@ def _gearbox(data: Any, where: str) -> Gearbox:
     ratio = data.get("ratio", 185.0)
     if not isinstance(ratio, int | float) or not math.isfinite(ratio) or ratio <= 0:
         raise ConfigurationError(f"{where}.ratio is {ratio!r}, it should be a positive number.")
-    return Gearbox(float(ratio), *(data.get(key) for key in ("z1", "z2", "z3", "z4")))
+    teeth = [data.get(key) for key in TEETH]
+    for key, number in zip(TEETH, teeth, strict=True):
+        if number is not None and (isinstance(number, bool) or not isinstance(number, int) or number < 1):
+            raise ConfigurationError(f"{where}.{key} is {number!r}, it should be a number of teeth, or null.")
+    return Gearbox(float(ratio), *teeth)
 
 
 def _parameter(data: Any, where: str) -> Parameter:

@@ -14,6 +14,8 @@ CYCLOID_STAGE = (1, 2, 3, 4, 6)
 INPUT_GEAR = (1,)
 CYCLOID_DISC = (2, 3, 4)
 """multiples the paper selected, of 1, u₁ = z₂/z₁, u₂ = z₄, z₁ and z₃"""
+APART = 0.25
+"""of an order: nearer ones are not told apart in one revolution, whose noise they raise more than three times"""
 
 
 def nominal_orders(gearbox: Gearbox) -> tuple[float, ...]:
@@ -25,10 +27,13 @@ def nominal_orders(gearbox: Gearbox) -> tuple[float, ...]:
     if not any(teeth) and not Gearbox().unlike(gearbox.ratio):
         gearbox = Gearbox()
     orders = {float(i) for i in OUTPUT_SHAFT}
-    if gearbox.z1 and gearbox.z2:
-        orders |= {i * gearbox.z2 / gearbox.z1 for i in PLANETARY} | {float(i * gearbox.z1) for i in INPUT_GEAR}
+    if gearbox.z1:
+        orders |= {float(i * gearbox.z1) for i in INPUT_GEAR}
     if gearbox.z3:
         orders |= {float(i * gearbox.z3) for i in CYCLOID_DISC}
     if gearbox.z4:
         orders |= {float(i * gearbox.z4) for i in CYCLOID_STAGE}
+    if gearbox.z1 and gearbox.z2:
+        planetary = [i * gearbox.z2 / gearbox.z1 for i in PLANETARY]
+        orders |= {f for f in planetary if min(abs(f - g) for g in orders) >= APART}
     return tuple(sorted(orders))

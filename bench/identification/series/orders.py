@@ -1,4 +1,4 @@
-"""Harmonic orders: the default choice of the paper, and proposals from the spectra."""
+"""Harmonic orders: proposals from the spectra."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from scipy.ndimage import median_filter
 from bench.identification.samples.fractions import fractions
 from bench.identification.samples.reduction import Reduction
 from bench.simulation import Gearbox
-from bench.simulation.orders import nominal_orders
 from bench.simulation.parts import part_of
 
 FloatArray = NDArray[np.float64]
@@ -36,13 +35,6 @@ class Proposal:
     share: float
     part: str
     used: bool
-
-
-def default_orders(gearbox: Gearbox) -> tuple[int, ...]:
-    """Return the paper's choice for a gearbox's tooth numbers, as whole orders; the output shaft's alone where they are
-    not known.
-    """
-    return tuple(sorted({round(f) for f in nominal_orders(gearbox)}))
 
 
 def peak_ratio(power: NDArray[np.float32]) -> FloatArray:

@@ -127,7 +127,9 @@ class _Pairs:
         gains = [0.0]
         for part in range(1, PARTS):
             order = other + part / PARTS
-            one = self._along(order, (side,), [here])[0]
+            if min(abs(order - f) for f in self.seen.orders) < 1.0 / PARTS:
+                continue  # it is fitted: nothing of it is in the others
+            one = self._along(order, self._taken(order), (side,), [here])[0]
             gains.append(max(plainly(one, order).gain, varying_gain(one)))
         return max(gains)
 
@@ -160,42 +162,53 @@ class _Pairs:
         the score of what these have that it does not make: nothing of one alone. None where they take little of it: it
         is not hidden.
         """
-        taken = [f for f in (np.floor(order), np.floor(order) + 1.0) if f in self.seen.orders]
-        share = float(sum(np.mean(np.abs(self._makes(order, f)) ** 2) for f in taken))
-        if share < HIDDEN or not any(f in self.found for f in sides):
+        if not any(f in self.found for f in sides):
             return None
-        one, shown = self._along(order, sides, here)
+        taken = self._taken(order)
+        beside = [f for f in (np.floor(order), np.floor(order) + 1.0) if f in taken]
+        if float(sum(np.mean(np.abs(taken[f]) ** 2) for f in beside)) < HIDDEN:
+            return None
+        one, shown = self._along(order, taken, sides, here)
         if len(sides) == 1:
             return one, 0.0
         across = max(float(np.sum(np.abs(shown) ** 2)) - _energy(one), 0.0)
         return one, _score(one, across)
 
-    def _along(self, order: float, sides: tuple[float, ...], here: list[Stage]) -> tuple[Stage, Complex]:
-        """What the vectors of whole orders have of a wave of an ``order``, as the revolutions at it; and these vectors
-        (revolutions, sides), each over its own noise, in units of the first one's shape.
+    def _along(
+        self, order: float, taken: Mapping[float, Complex], sides: tuple[float, ...], here: list[Stage]
+    ) -> tuple[Stage, Complex]:
+        """What the vectors of whole orders have of a wave of an ``order``, of which fitted orders have ``taken`` some,
+        as the revolutions at it; and these vectors (revolutions, sides), each over its own noise, in units of the first
+        one's shape.
         """
         units = np.column_stack([one.scale * one.shape[0] for one in here]) / here[0].shape[0]
-        makes = np.column_stack([self._makes(order, f) for f in sides]) / units
+        makes = np.column_stack([self._makes(order, taken, f) for f in sides]) / units
         shown = np.column_stack([one.vectors[:, 0] * one.scale for one in here]) / units
         size = np.sqrt(np.sum(np.abs(makes) ** 2, axis=1))
         along = np.sum(np.conj(makes) * shown, axis=1) / size
         return here[0].rescaled(along[:, None], 1.0 / size, here[0].shape), shown
 
-    def _makes(self, order: float, side: float) -> Complex:
-        """Vectors (revolutions,) that a wave of an ``order`` with the vector 1 makes of one whole order, beside the
-        other orders near it that are fitted in each revolution.
+    def _taken(self, order: float) -> dict[float, Complex]:
+        """Vectors (revolutions,) that a wave of an ``order`` with the vector 1 makes of each order near it that is
+        fitted in each revolution.
         """
         near = [f for f in self.seen.orders if abs(f - order) <= NEAR]
-        taken: Complex = np.zeros((self.begin.size, len(near)), dtype=np.complex128)
-        if near:
-            mixed = np.stack([[self._mean(g - f) for g in near] for f in near]).transpose(2, 0, 1)
-            alone = np.stack([self._mean(order - f) for f in near], axis=1)
-            taken = np.asarray(np.linalg.solve(mixed + RIDGE * np.eye(len(near)), alone[:, :, None])[:, :, 0])
-        if side in near:
-            return np.asarray(taken[:, near.index(side)])
+        if not near:
+            return {}
+        mixed = np.stack([[self._mean(g - f) for g in near] for f in near]).transpose(2, 0, 1)
+        alone = np.stack([self._mean(order - f) for f in near], axis=1)
+        taken = np.linalg.solve(mixed + RIDGE * np.eye(len(near)), alone[:, :, None])[:, :, 0]
+        return dict(zip(near, taken.T, strict=True))
+
+    def _makes(self, order: float, taken: Mapping[float, Complex], side: float) -> Complex:
+        """Vectors (revolutions,) that such a wave makes of one whole order, of which fitted orders have ``taken``
+        some.
+        """
+        if side in taken:
+            return taken[side]
         left = self._mean(order - side, whole_revolutions=True)
-        for k, f in enumerate(near):
-            left -= taken[:, k] * self._mean(f - side, whole_revolutions=True)
+        for f, vectors in taken.items():
+            left -= vectors * self._mean(f - side, whole_revolutions=True)
         return left
 
     def _mean(self, off: float, whole_revolutions: bool = False) -> Complex:

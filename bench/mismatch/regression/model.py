@@ -24,6 +24,7 @@ from bench.mismatch.regression.noise import (
     plain_mixture,
 )
 from bench.mismatch.regression.problem import NUISANCE, BaseTerm, ChannelProblem, starts_and_folds
+from bench.mismatch.regression.recordings_differ import NONE, Differences
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Regressor
 from bench.mismatch.regression.slow_noise import scattered
 from bench.simulation.frame import FloatArray, Frame, IntArray
@@ -81,8 +82,8 @@ class ChannelModel:
     calibration: Calibration
     price: float = 0.0
     notes: list[str] = field(default_factory=list)
-    differing: dict[int, float] = field(default_factory=dict)
-    """by the number of a column: factor by which recordings that differ make its coefficient less sure"""
+    differences: Differences = NONE
+    """how far recordings are apart beside all effects of the model"""
 
     @property
     def channel(self) -> str:
@@ -124,11 +125,9 @@ class ChannelModel:
 
     def covariance(self, columns: Sequence[int], fitted: Fit | None = None) -> FloatArray:
         """Covariance (k, k) of the coefficients of some columns, by the noise of rows and, where that makes them less
-        sure, by the differences of recordings.
+        sure, by the differences of recordings: those beside all effects of the model, of any fit.
         """
-        _, covariance = (self.fit if fitted is None else fitted).of(columns)
-        factors = np.asarray([self.differing.get(i, 1.0) for i in columns])
-        return np.asarray(covariance * np.outer(factors, factors))
+        return self.differences.widened(columns, (self.fit if fitted is None else fitted).of(columns)[1])
 
     def std(self, columns: Sequence[int], fitted: Fit | None = None) -> FloatArray:
         """Standard deviations (k,) of these coefficients."""

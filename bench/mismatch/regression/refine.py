@@ -17,7 +17,7 @@ from scipy.optimize import least_squares
 from bench.mismatch.regression.bank import RIDGE, Bank
 from bench.mismatch.regression.model import Block
 from bench.mismatch.regression.problem import ChannelProblem
-from bench.mismatch.regression.recordings_differ import wider
+from bench.mismatch.regression.recordings_differ import apart, wider
 from bench.mismatch.regression.regressors import Named, Regressor
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms import Form
@@ -166,9 +166,7 @@ def _deviation(
         scale = np.maximum(np.sqrt(np.sum(jacobian**2, axis=0)), 1e-300)
         normal = (jacobian / scale).T @ (jacobian / scale)
         joint = np.linalg.inv(normal + RIDGE * np.eye(free.size))
-        influence = (jacobian / scale) @ joint
-        factors = wider(influence, left, project.bank.whitening.starts, np.diag(joint))
-        joint = joint * np.outer(factors, factors)
+        joint = wider(joint, apart((jacobian / scale) @ joint, left, project.bank.whitening.starts))
         root = np.sqrt(np.maximum(np.diag(joint), 1e-300))
         spread = root / scale
         if free[0] == 0:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from bench.mismatch import criteria
-from bench.mismatch.regression import recordings_differ
-from bench.mismatch.regression.beside import differs_from_zero, handicap_of, in_its_form, size_of_term
+from bench.mismatch.regression.beside import differs_from_zero, handicap_of, in_its_form
 from bench.mismatch.regression.description import description
 from bench.mismatch.regression.equivalent import explains_most
 from bench.mismatch.regression.heredity import laws, without
@@ -15,6 +16,7 @@ from bench.mismatch.regression.model import ChannelModel, Chosen
 from bench.mismatch.regression.one_law import one_or_two
 from bench.mismatch.regression.one_way import named_by_course
 from bench.mismatch.regression.pruning import no_mere_form
+from bench.mismatch.regression.recordings_differ import Differences
 from bench.mismatch.regression.refine import strained
 from bench.mismatch.regression.refuted import borne_out, forget, without_a_name
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named
@@ -55,13 +57,13 @@ def _succeeded(search: Search) -> list[Slot]:
     exchanges = 2 * len(search.model.chosen)
     while True:
         model = search.model
-        doubtful = _doubtful(model)
-        successors = (
-            successor for slot in found if (successor := _succession(model, slot, slot.chosen in doubtful)) is not None
-        )
+        successors = (successor for slot in found if (successor := _succession(model, slot)) is not None)
         chosen = next((s for s in successors if exchanges > 0 or len(s) < len(model.chosen)), None)
         if chosen is None:
-            return found
+            doubtful = _least_sure(model)
+            if doubtful is None:
+                return found
+            chosen = without(model.chosen, doubtful, model.problem.lacking)
         exchanges -= 1
         chosen = no_mere_form(search, chosen)
         search.model = replace(model, chosen=chosen, fit=model.refitted(chosen))
@@ -153,12 +155,10 @@ def without_empty_laws(search: Search, found: Sequence[Slot]) -> list[Slot]:
     return [slot for slot in found if slot.chosen in search.model.chosen]
 
 
-def _succession(model: ChannelModel, slot: Slot, doubtful: bool = False) -> list[Chosen] | None:
-    """Effects with what takes a slot's place, or with nothing there, as where it is ``doubtful``; None where the slot's
-    effect stays.
-    """
+def _succession(model: ChannelModel, slot: Slot) -> list[Chosen] | None:
+    """Effects with what takes a slot's place, or with nothing there; None where the slot's effect stays."""
     others = without(model.chosen, slot.chosen, model.problem.lacking)
-    if doubtful or slot.needless or _drawn_by_the_unknown(model, slot.chosen) or _by_chance(slot):
+    if slot.needless or _drawn_by_the_unknown(model, slot.chosen) or _by_chance(slot):
         return others
     if slot.plainer is not None:
         return [*others, slot.plainer.chosen]
@@ -189,18 +189,21 @@ def _succession(model: ChannelModel, slot: Slot, doubtful: bool = False) -> list
     return [*others, best.chosen] if best.surely_better or not beside or explains_most(model, best.chosen) else None
 
 
-def _doubtful(model: ChannelModel) -> list[Chosen]:
-    """Effects that are not surely more than nothing, as recordings differ: what rows of one recording share, a start or
-    a zero of its own, makes rows as sure of an effect as if each said so.
+def _least_sure(model: ChannelModel) -> Chosen | None:
+    """The effect that is least surely more than nothing, as recordings differ; None where all are sure. What rows of
+    one recording share, a start or a zero of its own, makes rows as sure of an effect as if each said so.
     """
-    model.differing = recordings_differ.of_fit(model.bank, model.fit)
-    out = []
+    model.differences = Differences.of(model.bank, model.fit)
+    least: tuple[float, Chosen] | None = None
     for effect in model.chosen:
-        indices = effect.main.indices
-        size = size_of_term(effect.main.regressor, model.fit.of(indices)[0], model.covariance(indices))
-        if not effect.nominal and not differs_from_zero(*size):
-            out.append(effect)
-    return out
+        regressor, indices = effect.main.regressor, [i for b in effect.blocks for i in b.indices]
+        if effect.nominal or (isinstance(regressor, Named) and regressor.form.shares):
+            continue  # of a term with the coefficient of another only the shape is its own
+        coefficients, covariance = model.fit.of(indices)[0], model.covariance(indices)
+        if not differs_from_zero(coefficients, covariance):
+            size = float(coefficients @ np.linalg.pinv(covariance, hermitian=True) @ coefficients) / len(indices)
+            least = min((size, effect), least or (np.inf, effect), key=lambda item: item[0])
+    return None if least is None else least[1]
 
 
 def _by_chance(slot: Slot) -> bool:

@@ -4,20 +4,9 @@ import numpy as np
 import pytest
 
 from bench.identification import Identification, Options, with_proposed_orders
-from bench.identification.series.orders import default_orders, peak_ratio
+from bench.identification.series.orders import peak_ratio
 from bench.simulation import Gearbox
-from bench.simulation.model import NOMINAL_ORDERS
 from bench.simulation.parts import part_of
-
-
-def test_default_orders_are_the_papers_for_its_gearbox() -> None:
-    assert default_orders(Gearbox()) == NOMINAL_ORDERS
-
-
-def test_default_orders_follow_the_tooth_numbers() -> None:
-    orders = default_orders(Gearbox(81.0, 32, 64, 39, 40))
-    assert {2, 6, 32, 40, 80, 78, 117, 156, 240} <= set(orders)
-    assert default_orders(Gearbox(1.0, None, None, None, None)) == (1, 3, 6, 9, 13, 14, 18, 19, 27)
 
 
 @pytest.mark.parametrize(

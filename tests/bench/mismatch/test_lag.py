@@ -30,11 +30,11 @@ def frame() -> Frame:
     return Frame(ratio=185.0, **values | {"recording": np.zeros(n, dtype=np.int64)})  # type: ignore[arg-type]
 
 
-def heat(effect: str = LAG) -> Any:
+def heat(effect: str = LAG, name: str = "first_order", point: tuple[float, ...] = (CONSTANT,)) -> Any:
     """A model of the temperature that has an effect."""
     term = LIBRARY[effect]
-    form = next(f for f in term.forms[TEMPERATURE] if f.name in ("first_order", "two_node"))
-    block = Block(Named(term, TEMPERATURE, form, (CONSTANT,)), (0,), np.zeros(1))
+    form = next(f for f in term.forms[TEMPERATURE] if f.name in (name, "two_node"))
+    block = Block(Named(term, TEMPERATURE, form, point), (0,), np.zeros(1))
     fit = SimpleNamespace(of=lambda _place: (np.array([PER_CAPACITY]), np.zeros((1, 1))))
     problem = SimpleNamespace(rows=SimpleNamespace(frame=frame()))
     return SimpleNamespace(chosen=[Chosen(block)], fit=fit, problem=problem)
@@ -47,6 +47,12 @@ def test_the_sensor_stays_behind_by_its_constant_times_the_rise() -> None:
     assert behind[0] == 0.0
     assert behind[-1] == pytest.approx(CONSTANT * PER_CAPACITY * LOSS, rel=1e-3)
     assert behind[40] == pytest.approx((1.0 - np.exp(-1.0)) * behind[-1], rel=0.03)
+
+
+def test_behind_two_lags_it_is_as_far_as_their_mean_constant() -> None:
+    behind = behind_of(heat(name="two_lags_kept", point=(20.0, 80.0, 0.4)))
+    assert behind is not None
+    assert behind[-1] == pytest.approx((0.6 * 20.0 + 0.4 * 80.0) * PER_CAPACITY * LOSS, rel=1e-2)
 
 
 def test_a_sensor_without_a_lag_is_not_behind() -> None:

@@ -176,3 +176,10 @@ def test_a_form_is_found_by_channel_and_name() -> None:
                 assert term.form(channel, form.name) is form
     assert LIBRARY["friction.coulomb"].form("motor_torque", "no such form") is None
     assert LIBRARY["friction.coulomb"].form("no such channel", "sign") is None
+
+
+@pytest.mark.parametrize("teeth", [{"z1": "18"}, {"z2": [3]}, {"z3": -5}, {"z4": 0}, {"z1": 18.5}, {"z1": True}])
+def test_tooth_numbers_are_whole(teeth: dict[str, object]) -> None:
+    (name,) = teeth
+    with pytest.raises(ConfigurationError, match=f"{name} is .* it should be a number of teeth, or null"):
+        Simulation.from_json(Simulation.nominal().to_json() | {"gearbox": {"ratio": 185.0, **teeth}})

@@ -16,3 +16,9 @@ def test_of_another_gearbox_they_follow_its_teeth_that_are_known() -> None:
     assert orders == {*OUTPUT_SHAFT, 3.5, 10.5, 34.0, 68.0, 102.0, 136.0, 204.0, 18.0, 66.0, 99.0, 132.0}
     assert set(nominal_orders(Gearbox(15.0, None, None, None, 16))) == {*OUTPUT_SHAFT, 16.0, 32.0, 48.0, 64.0, 96.0}
     assert nominal_orders(Gearbox(15.0, None, None, None, None)) == OUTPUT_SHAFT
+
+
+def test_orders_that_one_revolution_does_not_tell_apart_are_one() -> None:
+    """Teeth that share no factor: 61/20 is 3.05, beside 3 of the output shaft."""
+    assert not {3.05, 9.15} & set(nominal_orders(Gearbox(123.0, 20, 61, 39, 40)))
+    assert {2.6, 7.8} <= set(nominal_orders(Gearbox(105.0, 20, 52, 39, 40)))

@@ -22,13 +22,21 @@ def _lagging_on(frame: Frame, point: Point) -> FloatArray:
     return columns(-integral(frame.power - campaign_lag(frame.power, frame, point[0]), frame) - frame.lead)
 
 
+def lags_of(point: Point) -> tuple[tuple[float, float], ...]:
+    """Time constants in s of a lag's nonlinear parameters, each with its share."""
+    if len(point) == 1:
+        return ((point[0], 1.0),)
+    fast, slow, share = point
+    return (fast, 1.0 - share), (slow, share)
+
+
 def _two_grid(frame: Frame) -> tuple[Point, ...]:
     return tuple((fast, slow * fast, share) for (fast,) in _grid(frame)[::2] for slow in SLOWER for share in SHARES)
 
 
 def _two_lagging_on(frame: Frame, point: Point) -> FloatArray:
-    fast, slow, share = point
-    late = (1.0 - share) * campaign_lag(frame.power, frame, fast) + share * campaign_lag(frame.power, frame, slow)
+    (fast, of_fast), (slow, of_slow) = lags_of(point)
+    late = of_fast * campaign_lag(frame.power, frame, fast) + of_slow * campaign_lag(frame.power, frame, slow)
     return columns(-integral(frame.power - late, frame) - frame.lead)
 
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from bench.mismatch.regression.model import Chosen, add_block
-from bench.mismatch.regression.recordings_differ import wider
+from bench.mismatch.regression.recordings_differ import Differences, apart, wider
 from bench.mismatch.regression.regressors import named
 from bench.mismatch.regression.search import begun
-from bench.mismatch.regression.succession import _doubtful
+from bench.mismatch.regression.succession import _least_sure
 from bench.simulation.terms import LIBRARY, MOTOR_TORQUE
 from tests.bench.mismatch.regression.synthetic import campaign, problem
 
@@ -31,17 +31,16 @@ def test_an_effect_that_recordings_have_with_any_sign_is_doubtful(alike: bool, d
     block = add_block(search.model.problem, search.bank, wave)
     effect = Chosen(block)
     model = replace(search.model, chosen=[effect], fit=search.model.refitted([effect]))
-    assert (_doubtful(model) == [effect]) is doubtful
+    assert (_least_sure(model) is effect) is doubtful
     noise = np.sqrt(np.diag(model.fit.of(block.indices)[1]))
     assert bool(np.all(model.std(block.indices) > 2.0 * noise)) is doubtful
 
 
 def test_two_recordings_widen_nothing() -> None:
     """One always agrees with itself, and two may by chance."""
-    starts = np.array([0, 50, 100])
     rng = np.random.default_rng(1)
     influence, left = rng.normal(size=(100, 1)), rng.normal(size=100)
-    assert wider(influence, left + 5.0 * influence[:, 0], starts, np.array([1e-6])) == pytest.approx([1.0])
+    assert np.all(apart(influence, left + 5.0 * influence[:, 0], np.array([0, 50, 100])) == 0.0)
 
 
 def test_independent_rows_widen_little() -> None:
@@ -50,7 +49,23 @@ def test_independent_rows_widen_little() -> None:
     for _ in range(50):
         columns = rng.normal(size=(2000, 2))
         covariance = np.linalg.inv(columns.T @ columns)
-        starts = np.arange(0, 2001, 50)
-        factors.append(wider(columns @ covariance, rng.normal(size=2000), starts, np.diag(covariance)))
-    assert 1.0 <= np.median(factors) < 1.1
-    assert np.max(factors) < 1.6
+        seen = apart(columns @ covariance, rng.normal(size=2000), np.arange(0, 2001, 50))
+        factors.append(np.sqrt(np.diag(wider(covariance, seen)) / np.diag(covariance)))
+    assert 1.0 <= np.median(factors) < 1.15
+    assert np.max(factors) < 1.7
+
+
+@pytest.mark.parametrize("direction", [(1.0, 1.0), (1.0, -1.0)])
+def test_only_the_direction_in_which_recordings_differ_is_less_sure(direction: tuple[float, float]) -> None:
+    """Of two columns that are nearly alike the sum is sure though neither is: and the other way round."""
+    covariance = np.array([[1.0, -0.99], [-0.99, 1.0]])
+    way = np.asarray(direction) / np.sqrt(2.0)
+    other = way * (1.0, -1.0)
+    told = wider(covariance, 9.0 * np.outer(way, way))
+    assert way @ told @ way == pytest.approx(9.0, rel=1e-6)
+    assert other @ told @ other == pytest.approx(other @ covariance @ other, rel=1e-6)
+
+
+def test_of_columns_that_were_not_asked_nothing_is_known() -> None:
+    assert Differences((3,), np.eye(1)).widened([4], np.eye(1) * 0.01) == pytest.approx(0.01)
+    assert Differences((3,), np.eye(1)).widened([3], np.eye(1) * 0.01) == pytest.approx(1.0)

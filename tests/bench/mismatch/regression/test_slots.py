@@ -359,10 +359,8 @@ def test_what_gains_no_more_than_noise_goes_after_every_exchange(monkeypatch: py
     monkeypatch.setattr(succession, "no_mere_form", lambda _, found: found)
     monkeypatch.setattr(succession, "replace", lambda old, **new: SimpleNamespace(**{**vars(old), **new}))
     monkeypatch.setattr(succession, "slots", lambda of: [Slot(c, 3.0, 0.4, 0.9, ()) for c in of.model.chosen])
-    monkeypatch.setattr(succession, "_doubtful", lambda _: [])
-    monkeypatch.setattr(
-        succession, "_succession", lambda _, slot, _d: [] if slot.chosen is effects[-1] else [next(met)]
-    )
+    monkeypatch.setattr(succession, "_least_sure", lambda _: None)
+    monkeypatch.setattr(succession, "_succession", lambda _, slot: [] if slot.chosen is effects[-1] else [next(met)])
     assert succession._succeeded(cast("Any", search)) == []
     assert search.model.chosen == []
 
