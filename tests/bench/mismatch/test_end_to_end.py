@@ -29,7 +29,7 @@ from fakes.concealed.design import Design
 from fakes.concealed.recordings import generate_recordings
 
 EFFECT, CHANNEL = "friction.stribeck", "motor_torque"
-RATE = 250.0
+RATE = 125.0
 DESIGN = Design(
     loads=(-1000.0, -400.0, 0.0, 400.0, 1000.0),
     speeds=(2.5, 5.0, 7.5, 10.0),

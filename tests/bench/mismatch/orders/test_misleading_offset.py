@@ -16,7 +16,7 @@ from tests.bench.mismatch.report import made
 
 KNOWN, WEAK = (1.0, 2.0, 46.0), (7.0, 31.0)
 SPEEDS, TORQUES = (0.06, 0.1, 0.16), (-700.0, 300.0, 700.0, -300.0)
-EACH, NOISE = 800, 1e-6
+EACH, NOISE = 400, 1e-6
 WAY = 1.5e-5
 """by which the play moves to either side, rad"""
 
