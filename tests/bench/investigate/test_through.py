@@ -28,7 +28,7 @@ order = "listed"
 
 [[stages.points]]
 sequence = "constant_velocity"
-load_torques = ["0 N*m", "-600 N*m", "600 N*m"]
+load_torques = ["-600 N*m", "600 N*m"]
 velocities = ["10 deg/s", "-10 deg/s", "7 deg/s", "-7 deg/s"]
 options = { revolutions = 0.3 }
 """
