@@ -21,8 +21,6 @@ from bench.whole import write_whole
 FORMAT = "bench-simulation"
 FORMAT_VERSION = "1.0"
 
-NOMINAL_ORDERS: tuple[int, ...] = (1, 3, 4, 6, 9, 12, 13, 14, 18, 19, 24, 27, 46, 90, 92, 135, 138, 180, 184, 276)
-"""The paper's 20 harmonic orders."""
 
 NOMINAL_TERMS: tuple[str, ...] = (
     "te.fourier",

@@ -127,7 +127,7 @@ class _Pairs:
         gains = [0.0]
         for part in range(1, PARTS):
             order = other + part / PARTS
-            if min(abs(order - f) for f in self.seen.orders) < 1.0 / PARTS:
+            if min(abs(order - f) for f in self.seen.orders) < 0.5 / PARTS:
                 continue  # it is fitted: nothing of it is in the others
             one = self._along(order, self._taken(order), (side,), [here])[0]
             gains.append(max(plainly(one, order).gain, varying_gain(one)))

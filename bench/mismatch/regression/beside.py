@@ -222,6 +222,15 @@ def _taking(search: Search, main: Block, others: Sequence[Chosen], fitted: Fit) 
     return False
 
 
+def significance(coefficients: FloatArray, covariance: FloatArray) -> float:
+    """How far coefficients (k,) are from zero together, squared, over their ``covariance`` (k, k). A direction that is
+    fixed, as the mean of a table, says nothing.
+    """
+    scale = np.maximum(np.sqrt(np.maximum(np.diag(covariance), 0.0)), 1e-300)
+    inverse = np.linalg.pinv(covariance / np.outer(scale, scale), rcond=FIXED, hermitian=True)
+    return float((coefficients / scale) @ inverse @ (coefficients / scale))
+
+
 def differs_from_zero(coefficients: FloatArray, covariance: FloatArray) -> bool:
     """Whether some fitted coefficients differ significantly from zero: one of them, or all together, where columns are
     so alike that none is sure by itself (Wald test).
@@ -229,10 +238,12 @@ def differs_from_zero(coefficients: FloatArray, covariance: FloatArray) -> bool:
     std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     if np.any(np.abs(coefficients) > criteria.TOLD * std):
         return True
-    together = float(coefficients @ np.linalg.pinv(covariance, hermitian=True) @ coefficients)
+    together = significance(coefficients, covariance)
     return bool(chi2.sf(together, coefficients.size) < 2.0 * norm.sf(criteria.TOLD))
 
 
+FIXED = 1e-8
+"""variance of a direction, over that of its coefficients, below which it is fixed"""
 UNTOLD = 1e6
 """standard deviation, over the size, of a number that the recordings do not tell"""
 

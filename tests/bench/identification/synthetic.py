@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from bench.recording import ChannelSpec, Gearbox, RecordingHeader, Segment, Setpoint, write_recording
 from bench.simulation import FourierSet, Standardisation, TransmissionErrorModel
-from bench.simulation.model import NOMINAL_ORDERS
+from bench.simulation.terms.nominal.transmission_error import PAPER_ORDERS
 
 FloatArray = NDArray[np.float64]
 
@@ -21,7 +21,7 @@ STIFFNESS = 3.2e6
 COUNT = 2.0 * np.pi / 8192
 
 
-def true_model(orders: Sequence[float] = NOMINAL_ORDERS, seed: int = 5) -> TransmissionErrorModel:
+def true_model(orders: Sequence[float] = PAPER_ORDERS, seed: int = 5) -> TransmissionErrorModel:
     """A plausible transmission error: some 25 µrad and below, phases that move by some tenths of a radian."""
     rng = np.random.default_rng(seed)
     scale = Standardisation(np.array([0.0, 0.0, 35.0]), np.array([1000.0, np.deg2rad(10.0), 15.0]))

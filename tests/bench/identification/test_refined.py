@@ -9,7 +9,7 @@ from bench.identification.series.inputs import make_design
 from bench.identification.series.polish import estimate_spread, fit_linear, fit_polar
 from bench.identification.series.refined import identify_direction
 from bench.simulation import basis
-from bench.simulation.model import NOMINAL_ORDERS
+from bench.simulation.terms.nominal.transmission_error import PAPER_ORDERS
 from tests.bench.identification.synthetic import true_model
 
 
@@ -47,7 +47,7 @@ def test_refined_is_at_the_bound_and_beats_the_paper_on_validation_points(found:
 
 
 def test_close_orders_are_told_apart_by_the_joint_fit(found: Identification) -> None:
-    k = NOMINAL_ORDERS.index(13)
+    k = PAPER_ORDERS.index(13)
     truth = true_model()
     joint, windowed = [], []
     for r in found.reductions:

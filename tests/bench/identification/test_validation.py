@@ -9,7 +9,7 @@ from bench.identification import Identification, to_json, to_simulation
 from bench.identification.summary import verdict
 from bench.identification.validation import revolution, table
 from bench.simulation import evaluate
-from bench.simulation.model import NOMINAL_ORDERS
+from bench.simulation.terms.nominal.transmission_error import PAPER_ORDERS
 
 
 def test_table_of_one_revolution_is_the_series() -> None:
@@ -26,7 +26,7 @@ def test_scores_are_those_of_the_samples(found: Identification) -> None:
     theta = r.steady.angle / 2.0**32 * 2.0 * np.pi
     y = r.steady.sample.astype(np.float64)
     columns = [np.ones_like(theta)]
-    for f in (*NOMINAL_ORDERS, 150, 300):
+    for f in (*PAPER_ORDERS, 150, 300):
         columns += [np.sin(f * theta), np.cos(f * theta)]
     x = np.column_stack(columns)
     rest = y - x @ np.linalg.lstsq(x, y, rcond=None)[0]

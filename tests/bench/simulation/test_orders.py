@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from bench.simulation.model import NOMINAL_ORDERS, Gearbox
+from bench.simulation.model import Gearbox
 from bench.simulation.orders import OUTPUT_SHAFT, nominal_orders
+from bench.simulation.terms.nominal.transmission_error import PAPER_ORDERS
 
 
 def test_of_the_papers_gearbox_they_are_the_papers() -> None:
-    assert nominal_orders(Gearbox()) == NOMINAL_ORDERS
-    assert nominal_orders(Gearbox(185.02, None, None, None, None)) == NOMINAL_ORDERS
+    assert nominal_orders(Gearbox()) == PAPER_ORDERS
+    assert nominal_orders(Gearbox(185.02, None, None, None, None)) == PAPER_ORDERS
 
 
 def test_of_another_gearbox_they_follow_its_teeth_that_are_known() -> None:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bench.mismatch.regression.beside import differs_from_zero
 from bench.mismatch.regression.model import Chosen, add_block
 from bench.mismatch.regression.recordings_differ import Differences, apart, wider
 from bench.mismatch.regression.regressors import named
@@ -69,3 +70,12 @@ def test_only_the_direction_in_which_recordings_differ_is_less_sure(direction: t
 def test_of_columns_that_were_not_asked_nothing_is_known() -> None:
     assert Differences((3,), np.eye(1)).widened([4], np.eye(1) * 0.01) == pytest.approx(0.01)
     assert Differences((3,), np.eye(1)).widened([3], np.eye(1) * 0.01) == pytest.approx(1.0)
+
+
+def test_a_direction_that_is_fixed_makes_nothing_sure() -> None:
+    """The values of a table have a mean of zero: that they have it exactly says nothing of the table."""
+    fixed = np.array([[1.0, -1.0], [-1.0, 1.0]]) + 1e-11
+    assert not differs_from_zero(np.array([-1.3, 1.3 + 1e-4]), fixed)
+    assert differs_from_zero(np.array([-2.5, 2.5]), fixed)
+    # two that are nearly alike are sure together
+    assert differs_from_zero(np.array([1.0, 1.0]), np.array([[1.0, -0.99], [-0.99, 1.0]]))
