@@ -121,7 +121,8 @@ def _gearbox(file: h5py.File, path: Path, problems: list[str]) -> Gearbox:
         name: optional(group.attrs, name, attributes.integer, None, where, problems)
         for name in ("z1", "z2", "z3", "z4")
     }
-    return Gearbox(ratio, **teeth)
+    # what is no number of teeth is told by the rules, and used for nothing
+    return Gearbox(ratio, **{name: number if number is None or number > 0 else None for name, number in teeth.items()})
 
 
 def _channels(

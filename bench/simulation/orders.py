@@ -15,7 +15,7 @@ INPUT_GEAR = (1,)
 CYCLOID_DISC = (2, 3, 4)
 """multiples the paper selected, of 1, u₁ = z₂/z₁, u₂ = z₄, z₁ and z₃"""
 APART = 0.25
-"""of an order: nearer ones are not told apart in one revolution, whose noise they raise more than three times"""
+"""of an order: nearer ones are not told apart in one revolution, whose noise they more than double"""
 
 
 def nominal_orders(gearbox: Gearbox) -> tuple[float, ...]:
@@ -35,5 +35,5 @@ def nominal_orders(gearbox: Gearbox) -> tuple[float, ...]:
         orders |= {float(i * gearbox.z4) for i in CYCLOID_STAGE}
     if gearbox.z1 and gearbox.z2:
         planetary = [i * gearbox.z2 / gearbox.z1 for i in PLANETARY]
-        orders |= {f for f in planetary if min(abs(f - g) for g in orders) >= APART}
+        orders |= {f for f in planetary if f >= 1.0 and min(abs(f - g) for g in orders) >= APART}
     return tuple(sorted(orders))

@@ -206,10 +206,10 @@ def leakage(found: Identification) -> tuple[str, str] | None:
         axes.plot(x, y, ".", ms=4, color="#00519e")
         top = 1.05 * max(x.max(), y.max())
         axes.plot([0, top], [0, top], "k--", lw=0.7)
-        axes.set(title=f"order {orders[k]}", xlabel="joint least squares, µrad", ylabel="windowed FFT (paper), µrad")
+        axes.set(title=f"order {orders[k]:g}", xlabel="joint least squares, µrad", ylabel="windowed FFT (paper), µrad")
         axes.grid(alpha=0.3)
     caption = (
         f"Leakage between close orders: over one revolution the Hamming window's main lobe is four orders wide, so the "
-        f"spectrum's amplitude at {orders[first]} holds part of {orders[first + 1]} and the other way round."
+        f"spectrum's amplitude at {orders[first]:g} holds part of {orders[first + 1]:g} and the other way round."
     )
     return to_uri(figure), caption

@@ -24,7 +24,7 @@ from bench.mismatch.orders.weak import NEIGHBOUR_REVOLUTIONS, Stage, WeakOrder
 from bench.simulation.frame import FloatArray
 
 HIDDEN = 0.3
-"""share of a wave's energy that found whole orders at its sides take at least where they hide it: over one revolution
+"""share of a wave's energy that fitted whole orders at its sides take at least where they hide it: over one revolution
 each of the two takes 0.405 of a wave half way between them, over one and a tenth 0.33
 """
 
@@ -36,7 +36,7 @@ RIDGE = 1e-6
 
 def unhide(seen: Seen, known: Collection[float], found: dict[float, WeakOrder], by: Evidence) -> bool:
     """Put an order between two whole ones in the place of these, among the ``found`` orders beside the ``known`` ones,
-    where it says more of both. Whether one was put so.
+    where it says more of both, or of the one that the simulation does not have. Whether one was put so.
     """
     whole = Stage.of(seen, by.revolutions, by.train)
     if whole is None:

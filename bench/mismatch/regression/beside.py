@@ -222,13 +222,15 @@ def _taking(search: Search, main: Block, others: Sequence[Chosen], fitted: Fit) 
     return False
 
 
-def significance(coefficients: FloatArray, covariance: FloatArray) -> float:
-    """How far coefficients (k,) are from zero together, squared, over their ``covariance`` (k, k). A direction that is
-    fixed, as the mean of a table, says nothing.
+def chance_of(coefficients: FloatArray, covariance: FloatArray) -> float:
+    """Chance that coefficients (k,) of this ``covariance`` (k, k) are together as far from zero, if they are zero
+    (Wald test). A direction that is fixed, as the mean of a table, says nothing.
     """
     scale = np.maximum(np.sqrt(np.maximum(np.diag(covariance), 0.0)), 1e-300)
-    inverse = np.linalg.pinv(covariance / np.outer(scale, scale), rcond=FIXED, hermitian=True)
-    return float((coefficients / scale) @ inverse @ (coefficients / scale))
+    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+    free = values > FIXED * max(float(values[-1]), 1e-300)
+    along = vectors.T @ (coefficients / scale)
+    return float(chi2.sf(float(np.sum(along[free] ** 2 / values[free])), max(int(free.sum()), 1)))
 
 
 def differs_from_zero(coefficients: FloatArray, covariance: FloatArray) -> bool:
@@ -238,12 +240,13 @@ def differs_from_zero(coefficients: FloatArray, covariance: FloatArray) -> bool:
     std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     if np.any(np.abs(coefficients) > criteria.TOLD * std):
         return True
-    together = significance(coefficients, covariance)
-    return bool(chi2.sf(together, coefficients.size) < 2.0 * norm.sf(criteria.TOLD))
+    return bool(chance_of(coefficients, covariance) < 2.0 * norm.sf(criteria.TOLD))
 
 
-FIXED = 1e-8
-"""variance of a direction, over that of its coefficients, below which it is fixed"""
+FIXED = 5e-11
+"""variance of a direction, over the largest of the coefficients', below which it is fixed; the sum of columns that are
+the same has the ridge's, 1e-9 over their number
+"""
 UNTOLD = 1e6
 """standard deviation, over the size, of a number that the recordings do not tell"""
 

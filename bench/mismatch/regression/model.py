@@ -125,9 +125,15 @@ class ChannelModel:
 
     def covariance(self, columns: Sequence[int], fitted: Fit | None = None) -> FloatArray:
         """Covariance (k, k) of the coefficients of some columns, by the noise of rows and, where that makes them less
-        sure, by the differences of recordings: those beside all effects of the model, of any fit.
+        sure, by the differences of recordings beside all effects of the model. In another fit these make each as many
+        times less sure as in the model's own.
         """
-        return self.differences.widened(columns, (self.fit if fitted is None else fitted).of(columns)[1])
+        own = self.fit.of(columns)[1]
+        told = self.differences.widened(columns, own)
+        if fitted is None or fitted is self.fit:
+            return told
+        factors = np.sqrt(np.diag(told) / np.maximum(np.diag(own), 1e-300))
+        return np.asarray(fitted.of(columns)[1] * np.outer(factors, factors))
 
     def std(self, columns: Sequence[int], fitted: Fit | None = None) -> FloatArray:
         """Standard deviations (k,) of these coefficients."""

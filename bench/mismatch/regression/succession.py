@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from bench.mismatch import criteria
-from bench.mismatch.regression.beside import differs_from_zero, handicap_of, in_its_form, significance
+from bench.mismatch.regression.beside import chance_of, differs_from_zero, handicap_of, in_its_form
 from bench.mismatch.regression.description import description
 from bench.mismatch.regression.equivalent import explains_most
 from bench.mismatch.regression.heredity import laws, without
@@ -201,8 +199,8 @@ def _least_sure(model: ChannelModel) -> Chosen | None:
             continue  # of a term with the coefficient of another only the shape is its own
         coefficients, covariance = model.fit.of(indices)[0], model.covariance(indices)
         if not differs_from_zero(coefficients, covariance):
-            size = significance(coefficients, covariance) / len(indices)
-            least = min((size, effect), least or (np.inf, effect), key=lambda item: item[0])
+            chance = chance_of(coefficients, covariance)
+            least = max((chance, effect), least or (-1.0, effect), key=lambda item: item[0])
     return None if least is None else least[1]
 
 

@@ -38,6 +38,16 @@ def test_everything_written_is_read(tmp_path: Path) -> None:
     assert pickle.loads(pickle.dumps(recording)) == recording
 
 
+@pytest.mark.parametrize("teeth", [0, -45])
+def test_what_is_no_number_of_teeth_is_used_for_nothing(tmp_path: Path, teeth: int) -> None:
+    path = builders.write(tmp_path / "a.h5")
+    with h5py.File(path, "r+") as file:
+        file["gearbox"].attrs["z3"] = teeth
+    gearbox = Recording.open(path).gearbox
+    assert gearbox.z3 is None
+    assert gearbox.z4 == builders.header("a").gearbox.z4
+
+
 def test_si_is_raw_times_scale_plus_offset(tmp_path: Path) -> None:
     recording = Recording.open(builders.write(tmp_path / "a.h5"))
     for spec in builders.specs():

@@ -23,3 +23,7 @@ def test_orders_that_one_revolution_does_not_tell_apart_are_one() -> None:
     """Teeth that share no factor: 61/20 is 3.05, beside 3 of the output shaft."""
     assert not {3.05, 9.15} & set(nominal_orders(Gearbox(123.0, 20, 61, 39, 40)))
     assert {2.6, 7.8} <= set(nominal_orders(Gearbox(105.0, 20, 52, 39, 40)))
+
+
+def test_an_order_below_one_is_none_of_the_series() -> None:
+    assert min(nominal_orders(Gearbox(100.0, 32, 20, 39, 40))) == 1.0

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bench.mismatch.regression.bank import Normal, solve
 from bench.mismatch.regression.beside import differs_from_zero
 from bench.mismatch.regression.model import Chosen, add_block
 from bench.mismatch.regression.recordings_differ import Differences, apart, wider
@@ -74,8 +75,35 @@ def test_of_columns_that_were_not_asked_nothing_is_known() -> None:
 
 def test_a_direction_that_is_fixed_makes_nothing_sure() -> None:
     """The values of a table have a mean of zero: that they have it exactly says nothing of the table."""
-    fixed = np.array([[1.0, -1.0], [-1.0, 1.0]]) + 1e-11
+    fixed = np.array([[1.0, -1.0], [-1.0, 1.0]]) + 1e-12
     assert not differs_from_zero(np.array([-1.3, 1.3 + 1e-4]), fixed)
     assert differs_from_zero(np.array([-2.5, 2.5]), fixed)
     # two that are nearly alike are sure together
     assert differs_from_zero(np.array([1.0, 1.0]), np.array([[1.0, -0.99], [-0.99, 1.0]]))
+
+
+@pytest.mark.parametrize("columns", [2, 6, 12])
+def test_columns_that_are_the_same_are_sure_together(columns: int) -> None:
+    rng = np.random.default_rng(5)
+    one = rng.normal(size=400)
+    x = np.repeat(one[:, None], columns, axis=1)
+    y = 2.0 * one + rng.normal(size=400)
+    coefficients, covariance, _ = solve(Normal(x.T @ x, x.T @ y, float(y @ y), 0.0))
+    assert coefficients.sum() == pytest.approx(2.0, abs=0.2)
+    assert differs_from_zero(coefficients, covariance)
+
+
+def test_differences_of_a_model_widen_another_fit_in_proportion() -> None:
+    """Beside an effect that is nearly alike a base's number is unsure; without it it is not, if recordings agree."""
+    frame, rng = campaign(), np.random.default_rng(6)
+    drag = named("friction.stribeck", MOTOR_TORQUE, "gaussian", (200.0,))
+    y = 0.6 * frame.direction + rng.normal(scale=SIGMA, size=frame.size)
+    search = begun(problem(frame, y))
+    effect = Chosen(add_block(search.model.problem, search.bank, drag))
+    model = replace(search.model, chosen=[effect], fit=search.model.refitted([effect]))
+    model.differences = Differences.of(model.bank, model.fit)
+    coulomb = next(b for b in model.base if b.regressor.effect == "friction.coulomb").indices
+    alone = model.refitted([])
+    plain = np.sqrt(np.diag(alone.of(coulomb)[1]))
+    assert model.std(coulomb)[0] > 3.0 * plain[0]
+    assert model.std(coulomb, alone)[0] < 2.0 * plain[0]
