@@ -22,7 +22,6 @@ from bench.mismatch.regression.hidden_states import with_states
 from bench.mismatch.regression.model import ChannelModel, of_start
 from bench.mismatch.regression.open_forms import with_open_forms
 from bench.mismatch.regression.problem import NUISANCE, WanderingZero
-from bench.mismatch.regression.recordings_differ import Differences
 from bench.mismatch.regression.slow_noise import scattered
 from bench.mismatch.regression.state import Search
 from bench.mismatch.regression.succession import settle, without_empty_laws
@@ -47,7 +46,7 @@ def of_search(search: Search, data: Dataset, formulas: bool) -> ChannelOutcome:
         slots = in_formulas(search, slots, data.auxiliary_units)
     slots = with_open_forms(search, without_empty_laws(search, slots))
     model = search.model
-    model.differences = Differences.of(model.bank, model.fit)
+    model.compare_recordings()
     problem = model.problem
     frame = problem.rows.frame
     whole = of_start(problem, model.predict(frame))
@@ -96,7 +95,7 @@ def of_transmission(model: TransmissionModel, data: Dataset, seed: int, formulas
     slots = with_open_forms(offset, slots)
     frame = model.rows.frame
     offset_model = offset.model
-    offset_model.differences = Differences.of(offset_model.bank, offset_model.fit)
+    offset_model.compare_recordings()
     periodic = model.periodic.evaluate(frame) if model.periodic is not None else np.zeros(frame.size)
     given = np.zeros(frame.size)
     if model.plain is not None:

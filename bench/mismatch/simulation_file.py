@@ -27,7 +27,7 @@ from bench.mismatch.regression.regressors import Free, Named
 from bench.mismatch.regression.sensitivity import PARAMETER
 from bench.simulation.fourier import FourierSet, TransmissionErrorModel
 from bench.simulation.frame import FloatArray
-from bench.simulation.model import Gearbox, Parameter, Simulation, Term
+from bench.simulation.model import TEETH, Gearbox, Parameter, Simulation, Term
 from bench.simulation.polynomial import Standardisation
 from bench.simulation.terms import LIBRARY, TEMPERATURE
 from bench.simulation.terms.nominal.transmission_error import CENTRE, SPREAD
@@ -108,7 +108,7 @@ def of_gearbox(simulation: Simulation, gearbox: object) -> Simulation:
     ratio = getattr(gearbox, "ratio", None)
     if ratio is None:
         return simulation
-    teeth = [getattr(gearbox, name, None) for name in ("z1", "z2", "z3", "z4")]
+    teeth = [getattr(gearbox, name, None) for name in TEETH]
     return replace(simulation, gearbox=Gearbox(float(ratio), *teeth))
 
 

@@ -16,7 +16,7 @@ from bench.recording.file.channel_names import channel_names
 from bench.recording.file.claims import check_around, check_channel, check_members
 from bench.recording.file.samples import Places, look_up
 from bench.recording.file.tolerant import columns_of, group_of, optional
-from bench.recording.header import FORMAT, ChannelSpec, Event, Gearbox, Segment, Setpoint
+from bench.recording.header import FORMAT, TEETH, ChannelSpec, Event, Gearbox, Segment, Setpoint
 
 _REQUIRED: tuple[tuple[str, Callable[[Any], Any]], ...] = (
     ("recording_id", attributes.text),
@@ -117,10 +117,7 @@ def _gearbox(file: h5py.File, path: Path, problems: list[str]) -> Gearbox:
     if ratio is not None and not (np.isfinite(ratio) and ratio != 0):
         problems.append(f"{where} attribute 'ratio' is {ratio}, it should be a finite number other than 0.")
         ratio = None
-    teeth = {
-        name: optional(group.attrs, name, attributes.integer, None, where, problems)
-        for name in ("z1", "z2", "z3", "z4")
-    }
+    teeth = {name: optional(group.attrs, name, attributes.integer, None, where, problems) for name in TEETH}
     # what is no number of teeth is told by the rules, and used for nothing
     return Gearbox(ratio, **{name: number if number is None or number > 0 else None for name, number in teeth.items()})
 

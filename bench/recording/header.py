@@ -27,6 +27,8 @@ KINDS: tuple[str, ...] = (
 SOURCES: tuple[str, ...] = ("hardware", "emulator", "import")
 AXES: tuple[str, ...] = ("rotary", "linear")
 """What a recording's angles and torques are: rad and N·m, or the metres and newtons of a linear axis."""
+TEETH = ("z1", "z2", "z3", "z4")
+"""Attributes of a gearbox's tooth numbers."""
 SEGMENT_NAMES: tuple[str, ...] = ("ramp_up", "steady", "ramp_down", "dwell", "heat")
 
 PART_SUFFIX = ".part"

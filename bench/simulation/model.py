@@ -21,7 +21,6 @@ from bench.whole import write_whole
 FORMAT = "bench-simulation"
 FORMAT_VERSION = "1.0"
 
-
 NOMINAL_TERMS: tuple[str, ...] = (
     "te.fourier",
     "te.offset",
@@ -45,7 +44,7 @@ _COEFFICIENT_TERMS = ("te.fourier", "te.offset")
 
 
 TEETH = ("z1", "z2", "z3", "z4")
-"""tooth numbers of a gearbox in a file"""
+"""tooth numbers of a gearbox"""
 SAME_RATIO = 1e-3
 """relative difference up to which two gear ratios are one, rounded: tooth numbers make far larger steps"""
 
@@ -162,7 +161,7 @@ class Simulation:
     def to_json(self) -> dict[str, Any]:
         """Return the file's content; terms in the nominal order first, then the others as they were added."""
         names = [n for n in NOMINAL_TERMS if n in self.terms] + [n for n in self.terms if n not in NOMINAL_TERMS]
-        gearbox = {k: getattr(self.gearbox, k) for k in ("ratio", "z1", "z2", "z3", "z4")}
+        gearbox = {k: getattr(self.gearbox, k) for k in ("ratio", *TEETH)}
         return {
             "format": FORMAT,
             "format_version": FORMAT_VERSION,

@@ -85,10 +85,9 @@ class _Pairs:
         """The order between ``lower`` and the next whole one that gains most in their place: what it gains more, the
         order, the whole ones; None where none gains enough.
         """
-        both = (lower, lower + 1.0)
         near = [f for f in self.seen.orders if is_between(f) and lower < f < lower + 1.0]
         # of one that the simulation has nobody knows what it would be alone: the other one is asked
-        sides = tuple(f for f in both if f not in self.known)
+        sides = tuple(f for f in (lower, lower + 1.0) if f not in self.known)
         if lower < 1.0 or lower + 1.0 > HIGHEST_BETWEEN or near or not sides:
             return None
         here = [self._side(f) for f in sides]

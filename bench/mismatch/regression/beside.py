@@ -222,6 +222,12 @@ def _taking(search: Search, main: Block, others: Sequence[Chosen], fitted: Fit) 
     return False
 
 
+FIXED = 5e-11
+"""variance of a direction, over the largest of the coefficients', below which it is fixed; the sum of columns that are
+the same has the ridge's, 1e-9 over their number
+"""
+
+
 def chance_of(coefficients: FloatArray, covariance: FloatArray) -> float:
     """Chance that coefficients (k,) of this ``covariance`` (k, k) are together as far from zero, if they are zero
     (Wald test). A direction that is fixed, as the mean of a table, says nothing.
@@ -241,25 +247,3 @@ def differs_from_zero(coefficients: FloatArray, covariance: FloatArray) -> bool:
     if np.any(np.abs(coefficients) > criteria.TOLD * std):
         return True
     return bool(chance_of(coefficients, covariance) < 2.0 * norm.sf(criteria.TOLD))
-
-
-FIXED = 5e-11
-"""variance of a direction, over the largest of the coefficients', below which it is fixed; the sum of columns that are
-the same has the ridge's, 1e-9 over their number
-"""
-UNTOLD = 1e6
-"""standard deviation, over the size, of a number that the recordings do not tell"""
-
-
-def size_of_term(
-    regressor: Regressor, coefficients: FloatArray, covariance: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Numbers (k,) that are all zero where a term is nothing, and their covariance (k, k), as good as infinite where
-    the recordings do not tell one: its coefficients; of a term with the coefficient of another its nonlinear
-    parameters.
-    """
-    if isinstance(regressor, Named) and regressor.form.shares and regressor.point:
-        deviation = regressor.deviation or (None,) * len(regressor.point)
-        std = [UNTOLD * max(abs(p), 1.0) if d is None else d for d, p in zip(deviation, regressor.point, strict=True)]
-        return np.asarray(regressor.point), np.diag(np.square(std))
-    return coefficients, covariance

@@ -14,7 +14,7 @@ from bench.mismatch.discovery import UNKNOWN as UNKNOWN_STATUS
 from bench.mismatch.regression import windows
 from bench.mismatch.regression.alone import alone
 from bench.mismatch.regression.bank import Fit
-from bench.mismatch.regression.beside import differs_from_zero, size_of_term
+from bench.mismatch.regression.beside import differs_from_zero
 from bench.mismatch.regression.course import beyond
 from bench.mismatch.regression.excess import excess, levelled
 from bench.mismatch.regression.independent import independent, much_is_left
@@ -177,6 +177,24 @@ def _confidence(slot: Slot, status: str, as_good: Sequence[Contender], sure: flo
     else:
         share = slot.weight
     return float(min(max(share * (1.0 - slot.p_value), 0.0), 1.0)) * sure
+
+
+UNTOLD = 1e6
+"""standard deviation, over the size, of a number that the recordings do not tell"""
+
+
+def size_of_term(
+    regressor: Regressor, coefficients: FloatArray, covariance: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Numbers (k,) that are all zero where a term is nothing, and their covariance (k, k), as good as infinite where
+    the recordings do not tell one: its coefficients; of a term with the coefficient of another its nonlinear
+    parameters.
+    """
+    if isinstance(regressor, Named) and regressor.form.shares and regressor.point:
+        deviation = regressor.deviation or (None,) * len(regressor.point)
+        std = [UNTOLD * max(abs(p), 1.0) if d is None else d for d, p in zip(deviation, regressor.point, strict=True)]
+        return np.asarray(regressor.point), np.diag(np.square(std))
+    return coefficients, covariance
 
 
 def sure_of_name(status: str, at_the_end: bool, coefficients: FloatArray, covariance: FloatArray) -> float:

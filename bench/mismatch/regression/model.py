@@ -83,7 +83,7 @@ class ChannelModel:
     price: float = 0.0
     notes: list[str] = field(default_factory=list)
     differences: Differences = NONE
-    """how far recordings are apart beside all effects of the model"""
+    """how far recordings are apart beside all effects of the model, as they were last compared"""
 
     @property
     def channel(self) -> str:
@@ -122,6 +122,10 @@ class ChannelModel:
     def sum_of(self, effects: Sequence[Chosen], frame: Frame) -> FloatArray:
         """What some effects add together at the rows of a frame (n,)."""
         return sum((self.contribution(effect, frame) for effect in effects), np.zeros(frame.size))
+
+    def compare_recordings(self) -> None:
+        """Take up how far recordings are apart beside the effects as they are now; the bank still holds the columns."""
+        self.differences = Differences.of(self.bank, self.fit)
 
     def covariance(self, columns: Sequence[int], fitted: Fit | None = None) -> FloatArray:
         """Covariance (k, k) of the coefficients of some columns, by the noise of rows and, where that makes them less

@@ -14,7 +14,6 @@ from bench.mismatch.regression.model import ChannelModel, Chosen
 from bench.mismatch.regression.one_law import one_or_two
 from bench.mismatch.regression.one_way import named_by_course
 from bench.mismatch.regression.pruning import no_mere_form
-from bench.mismatch.regression.recordings_differ import Differences
 from bench.mismatch.regression.refine import strained
 from bench.mismatch.regression.refuted import borne_out, forget, without_a_name
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named
@@ -191,7 +190,7 @@ def _least_sure(model: ChannelModel) -> Chosen | None:
     """The effect that is least surely more than nothing, as recordings differ; None where all are sure. What rows of
     one recording share, a start or a zero of its own, makes rows as sure of an effect as if each said so.
     """
-    model.differences = Differences.of(model.bank, model.fit)
+    model.compare_recordings()
     least: tuple[float, Chosen] | None = None
     for effect in model.chosen:
         regressor, indices = effect.main.regressor, [i for b in effect.blocks for i in b.indices]

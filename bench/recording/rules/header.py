@@ -14,7 +14,7 @@ import numpy as np
 
 from bench.recording.file import attributes
 from bench.recording.file.attributes import AttributeProblem
-from bench.recording.header import AXES, FORMAT, FORMAT_VERSION, KINDS, PART_SUFFIX, SOURCES
+from bench.recording.header import AXES, FORMAT, FORMAT_VERSION, KINDS, PART_SUFFIX, SOURCES, TEETH
 from bench.recording.rules.findings import Finding
 
 _ROOT: dict[str, Callable[[Any], Any]] = {
@@ -37,7 +37,6 @@ _BENCH: dict[str, Callable[[Any], Any]] = {
     "imported_from": attributes.text,
 }
 _SETPOINTS = ("load_torque", "velocity", "temperature")
-_TEETH = ("z1", "z2", "z3", "z4")
 _SOFTWARE = ("name", "version", "revision")
 
 
@@ -135,7 +134,7 @@ def groups(file: h5py.File, path: Path) -> Iterator[Finding]:
     else:
         if not math.isfinite(ratio) or ratio == 0:
             yield "/gearbox", f"attribute 'ratio' is {ratio}, it should be finite and not 0", False
-    for name in _TEETH:
+    for name in TEETH:
         if name not in gearbox.attrs:
             continue
         try:

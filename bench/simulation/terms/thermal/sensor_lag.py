@@ -7,6 +7,11 @@ from bench.simulation.memory import campaign_lag, integral, lag
 from bench.simulation.terms.base import TEMPERATURE, Form, Point, Symbol, Term, columns, logarithmic
 from bench.simulation.terms.nominal.thermal import LOSS_HEATING
 
+SLOWER = 5.0
+"""how many times as slow the slower of two lags is, where a search begins"""
+SHARES = (0.15, 0.4)
+"""shares of what the sensor reads that come by the slower one, where a search begins"""
+
 
 def _grid(_: Frame) -> tuple[Point, ...]:
     return logarithmic(1.0, 400.0, 14)
@@ -31,7 +36,7 @@ def lags_of(point: Point) -> tuple[tuple[float, float], ...]:
 
 
 def _two_grid(frame: Frame) -> tuple[Point, ...]:
-    return tuple((fast, slow * fast, share) for (fast,) in _grid(frame)[::2] for slow in SLOWER for share in SHARES)
+    return tuple((fast, SLOWER * fast, share) for (fast,) in _grid(frame)[::2] for share in SHARES)
 
 
 def _two_lagging_on(frame: Frame, point: Point) -> FloatArray:
@@ -40,21 +45,17 @@ def _two_lagging_on(frame: Frame, point: Point) -> FloatArray:
     return columns(-integral(frame.power - late, frame) - frame.lead)
 
 
-SLOWER = (5.0,)
-"""how many times as slow the slower of two lags is at first"""
-SHARES = (0.15, 0.4)
-"""shares of what the sensor reads that come by the slower one at first"""
 PER_C = Symbol("1/C", "K/J", "one over the heat capacity", 0.0)
 TAU = Symbol("tau_s", "s", "time constant of the sensor", 0.0)
 TAU_2 = Symbol("tau_2", "s", "second, larger time constant of the sensor", 0.0)
 SHARE = Symbol("g", "1", "share of the second time constant", 0.0, 1.0)
 
-# the sensor is late by what heats, so the heat capacity is that of the lubricant
 # in a pocket, or where heat creeps along its sheath, a sensor has no one time constant
 _TWO = (
     "dT/dt -= 1/C*(P - (1 - g)*P_1 - g*P_2), tau_s*dP_1/dt = P - P_1, tau_2*dP_2/dt = P - P_2, P: loss, P_1 and P_2 go"
     " on between recordings"
 )
+# the sensor is late by what heats, so the heat capacity is that of the lubricant
 _LAG = "dT/dt -= 1/C*(P - P_s), tau_s*dP_s/dt = P - P_s, P: loss"
 
 TERM = Term(

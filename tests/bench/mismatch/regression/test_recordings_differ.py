@@ -101,7 +101,7 @@ def test_differences_of_a_model_widen_another_fit_in_proportion() -> None:
     search = begun(problem(frame, y))
     effect = Chosen(add_block(search.model.problem, search.bank, drag))
     model = replace(search.model, chosen=[effect], fit=search.model.refitted([effect]))
-    model.differences = Differences.of(model.bank, model.fit)
+    model.compare_recordings()
     coulomb = next(b for b in model.base if b.regressor.effect == "friction.coulomb").indices
     alone = model.refitted([])
     plain = np.sqrt(np.diag(alone.of(coulomb)[1]))

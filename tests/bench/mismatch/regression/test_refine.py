@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from bench.mismatch.discovery import AMBIGUOUS, NAMED
-from bench.mismatch.regression.beside import size_of_term
-from bench.mismatch.regression.discoveries import sure_of_name
+from bench.mismatch.regression.discoveries import size_of_term, sure_of_name
 from bench.mismatch.regression.model import add_block, fit_blocks
 from bench.mismatch.regression.refine import bounds, projector, refined, strained
 from bench.mismatch.regression.regressors import Named, named
