@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from bench.mismatch import criteria
+from bench.mismatch.calibrated_by_heat import CalibrationHeat, calibrated
 from bench.mismatch.discovery import ChannelOutcome, Discovery
 from bench.mismatch.given import LOAD_SIDE, SENSOR, Given, Known
 from bench.mismatch.memory import give_back
@@ -17,8 +18,8 @@ from bench.mismatch.orders.reaction import Reaction, reaction_of
 from bench.mismatch.orders.revolutions import found_in
 from bench.mismatch.orders.shaken import inertia_from_orders, inertia_of, without_shaking
 from bench.mismatch.orders.torques import torque_discoveries
-from bench.mismatch.outcomes import of_search
-from bench.mismatch.power_zeros import UNNAMED, Zeros
+from bench.mismatch.outcomes import of_search, slots_of
+from bench.mismatch.power_zeros import UNNAMED, Zeros, of_recordings
 from bench.mismatch.power_zeros import chosen as zeros_chosen
 from bench.mismatch.prediction import corrected
 from bench.mismatch.problems import capacity_of, periodicity_of, problem_of, usable, wandering_zero
@@ -33,6 +34,7 @@ from bench.mismatch.regression.nameless_load import nameless_load
 from bench.mismatch.regression.problem import CHANNELS, TORQUE_ZERO, BaseTerm, ChannelProblem
 from bench.mismatch.regression.regressors import UNKNOWN, Named
 from bench.mismatch.regression.search import searched
+from bench.mismatch.regression.slots import Slot
 from bench.mismatch.regression.slow_noise import of_a_row
 from bench.mismatch.regression.state import Search
 from bench.mismatch.transmission import Task, ask_for_tone
@@ -113,6 +115,7 @@ def analyse(
     shown: tuple[str, ...] = ()
     in_angles: tuple[str, ...] = ()
     unsure: ChannelModel | None = None
+    settled: Sequence[Slot] = ()
     if data.linear:
         banned = (*banned, *ROTATING)
     for number, channel in enumerate(c for c in CHANNELS if c in channels):
@@ -140,9 +143,18 @@ def analyse(
                 problem = problem_of(data, given, channel, rows, (*banned, *shown), unnamed)
                 search = _beside_orders(out, data, given, problem, seed)
                 search = search if data.linear else with_states(search, seed)
-            out.searches[channel], out.outcomes[channel] = search, _outcome_of(out, data, given, search, formulas, seed)
+            out.searches[channel], slots = search, slots_of(search, data, formulas)
+            if channel == TEMPERATURE and MOTOR_TORQUE in out.searches:
+                # the heat may have moved its calibration
+                motor_torque = out.searches[MOTOR_TORQUE]
+                out.outcomes[MOTOR_TORQUE] = _outcome(out, data, given, motor_torque, settled, seed)
+                motor_torque.close()
+            if channel == MOTOR_TORQUE and TEMPERATURE in channels:
+                settled = slots
+                continue
+            out.outcomes[channel] = _outcome(out, data, given, search, slots, seed)
             if channel == LOAD_TORQUE:
-                known = _acting(out, data, given, _known_of(search))
+                known = _acting(out, data, given, _known_of(search), seed)
                 loads, unsure = _loads(out, data, given, search.model, known)
                 acting = (*acting, *known, *loads)
                 in_angles = _excluded_delay(search)
@@ -186,10 +198,19 @@ def _beside_orders(out: Analysis, data: Dataset, given: Given, problem: ChannelP
 def _outcome_of(
     out: Analysis, data: Dataset, given: Given, search: Search, formulas: bool, seed: int
 ) -> ChannelOutcome:
-    """The outcome of a search of a torque or of the temperature, with what is left of that channel."""
+    """The outcome of a search of a torque or of the temperature, whose effects are settled here, with what is left of
+    that channel.
+    """
+    return _outcome(out, data, given, search, slots_of(search, data, formulas), seed)
+
+
+def _outcome(
+    out: Analysis, data: Dataset, given: Given, search: Search, slots: Sequence[Slot], seed: int
+) -> ChannelOutcome:
+    """The same where the effects were settled before (``slots``)."""
     channel = search.model.channel
     reaction = out.reaction if channel == MOTOR_TORQUE else None
-    outcome = of_search(search, data, formulas)
+    outcome = of_search(search, slots, data)
     if reaction is not None:
         outcome.notes.append(reaction.words)
     if channel in (LOAD_TORQUE, MOTOR_TORQUE) and not data.linear:
@@ -198,7 +219,8 @@ def _outcome_of(
             seen = periodicity_of(data, given, search, reaction, _misread(out))
             found = torque_discoveries(without_shaking(seen, inertia_of(search.model)), seed)
         outcome.discoveries += found
-    examine(outcome, search, data.density.get(channel, ()), seed)
+    # what is left is tested on what the channel's own rows are fitted best by
+    examine(outcome, replace(search, model=search.model.by_itself()), data.density.get(channel, ()), seed)
     if channel != LOAD_TORQUE:
         ask_for_tone(outcome, data, out.transmission, seed)
     return outcome
@@ -317,19 +339,27 @@ def _heat(out: Analysis, data: Dataset, given: Given, rows: Rows, seed: int, ban
         nameless: tuple[BaseTerm, ...] = ()
         if MOTOR_TORQUE in models:
             nameless = (*nameless_heat(models[MOTOR_TORQUE], capacity), *gain_heat(models[MOTOR_TORQUE], capacity))
+        if unsure is not None and of_recordings(out.zeros.which, MOTOR_TORQUE):
+            nameless = (*nameless, unsure.term(capacity))
         if LOAD_TORQUE in models:
             nameless = (*nameless, *nameless_load_heat(models[LOAD_TORQUE], capacity))
         nuisances = (wandering_zero(data, less, zero, capacity, row), *nameless)
         return searched(problem_of(data, given, TEMPERATURE, less, banned, nuisances), seed)
 
     out.zeros = zeros_chosen(models, problem)
+    unsure = CalibrationHeat.of(models[MOTOR_TORQUE]) if MOTOR_TORQUE in models else None
     first = search()
     found = [block for chosen in first.model.chosen if chosen.effect != UNKNOWN for block in chosen.blocks]
     again = zeros_chosen(models, problem, found) if found else out.zeros
-    if again.which == out.zeros.which:
+    if again.which != out.zeros.which:
+        first.close()
+        out.zeros = again
+        first = search()
+    told = calibrated(first.model, problem, out.zeros, models)
+    if told is None:
         return first
+    unsure, out.zeros = told
     first.close()
-    out.zeros = again
     return search()
 
 
@@ -361,9 +391,9 @@ def _loads(
     return loads, replace(model, chosen=unsure)
 
 
-def _acting(out: Analysis, data: Dataset, given: Given, found: Sequence[Known]) -> Sequence[Known]:
+def _acting(out: Analysis, data: Dataset, given: Given, found: Sequence[Known], seed: int) -> Sequence[Known]:
     """What was ``found`` in the load torque and acts on the other channels; a note where the sensor reads right."""
-    probability = of_load_motor(data, given, found)
+    probability = of_load_motor(data, given, found, seed)
     if probability is None:
         return found
     mark(out.outcomes[LOAD_TORQUE], probability)

@@ -22,6 +22,7 @@ from bench.mismatch.regression.hidden_states import with_states
 from bench.mismatch.regression.model import ChannelModel, of_start
 from bench.mismatch.regression.open_forms import with_open_forms
 from bench.mismatch.regression.problem import NUISANCE, WanderingZero
+from bench.mismatch.regression.slots import Slot
 from bench.mismatch.regression.slow_noise import scattered
 from bench.mismatch.regression.state import Search
 from bench.mismatch.regression.succession import settle, without_empty_laws
@@ -39,14 +40,19 @@ GROUPS = 5
 """groups of recordings whose noise is told apart to see how sure the noise is"""
 
 
-def of_search(search: Search, data: Dataset, formulas: bool) -> ChannelOutcome:
-    """Return what the search of a channel says; ``formulas`` whether one is looked for where an effect has no name."""
+def slots_of(search: Search, data: Dataset, formulas: bool) -> list[Slot]:
+    """Settle which effects a search has; ``formulas`` whether one is looked for where an effect has no name."""
     slots = settle(search)
     if formulas:
         slots = in_formulas(search, slots, data.auxiliary_units)
     slots = with_open_forms(search, without_empty_laws(search, slots))
+    search.model.compare_recordings()
+    return slots
+
+
+def of_search(search: Search, slots: Sequence[Slot], data: Dataset) -> ChannelOutcome:
+    """Return what the search of a channel says, whose effects were settled (``slots``)."""
     model = search.model
-    model.compare_recordings()
     problem = model.problem
     frame = problem.rows.frame
     whole = of_start(problem, model.predict(frame))

@@ -88,19 +88,31 @@ def chosen(models: Mapping[str, ChannelModel], problem: ChannelProblem, found: S
     recording is left out in turn, and its temperature predicted by the others: fitted to all of them, the heat capacity
     and the cooling make up for a zero that was not taken off, and are wrong for the next recording.
     """
+    known = measured(models)
+    names = (*(name for name in WHICH if name != STORED or known.inertia > 0.0), *known.reported)
+    sets = [s for n in range(len(names) + 1) for s in itertools.combinations(names, n)]
+    sets = [s for s in sets if not set(SINGLE) <= set(s)]  # the first holds the second
+    tried = [replace(known, which=which) for which in sets]
+    return tried[_likeliest(sets, [left_out(problem, zeros, found) for zeros in tried])]
+
+
+def measured(models: Mapping[str, ChannelModel]) -> Zeros:
+    """All zeros as ``models`` of the torque channels tell them, of which none is taken off."""
     constant = {c: _constant(m, CONSTANT[c]) for c, m in models.items()}
     inertia = _constant(models[MOTOR_TORQUE], INERTIA) if MOTOR_TORQUE in models else 0.0
     torques = {c: (m.problem.rows, m.problem.usable) for c, m in models.items()}
     levels = levels_of(torques, lambda channel, frame: models[channel].predict(frame))
     reported = _reported(models[MOTOR_TORQUE]) if MOTOR_TORQUE in models else {}
-    names = (*(name for name in WHICH if name != STORED or inertia > 0.0), *reported)
-    sets = [s for n in range(len(names) + 1) for s in itertools.combinations(names, n)]
-    sets = [s for s in sets if not set(SINGLE) <= set(s)]  # the first holds the second
-    tried = [Zeros(which, constant, levels, reported, inertia) for which in sets]
+    return Zeros((), constant, levels, reported, inertia)
+
+
+def left_out(problem: ChannelProblem, zeros: Zeros, found: Sequence[Block]) -> FloatArray:
+    """Weighted squares of each training recording's temperature (recordings,), predicted by the others where ``zeros``
+    are taken off the loss and effects that were ``found`` are fitted beside the simulation.
+    """
     beside = [BaseTerm(block.regressor, tuple(block.precision)) for block in found]
-    whole, rows = replace(problem, base=(*problem.base, *beside)), problem.rows
-    energies = [_energies(replace(whole, rows=replace(rows, frame=zeros.less(rows.frame)))) for zeros in tried]
-    return tried[_likeliest(sets, energies)]
+    rows = replace(problem.rows, frame=zeros.less(problem.rows.frame))
+    return _energies(replace(problem, base=(*problem.base, *beside), rows=rows))
 
 
 def _likeliest(sets: Sequence[Sequence[str]], energies: Sequence[FloatArray]) -> int:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -23,20 +24,25 @@ from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.regression.folds import DRAWS, predictive, weights
 from bench.mismatch.regression.model import plain_residual
 from bench.mismatch.regression.prior import calibrated_alone
-from bench.mismatch.regression.problem import starts_and_folds
+from bench.mismatch.regression.problem import BaseTerm, ChannelProblem, starts_and_folds
 from bench.mismatch.regression.regressors import UNKNOWN
+from bench.mismatch.regression.search import searched
 from bench.simulation.frame import FloatArray
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE
 
 
-def of_load_motor(data: Dataset, given: Given, found: Sequence[Known]) -> float | None:
+def of_load_motor(data: Dataset, given: Given, found: Sequence[Known], seed: int = 0) -> float | None:
     """Probability that the motor torque is explained better with the load torque as it was read than less the errors of
     its sensor among what was ``found`` beside the simulation ``given``, had the points left out been drawn again; None
     where that may be chance, or cannot be asked.
+
+    It is asked of the simulation alone, and then beside what each idea finds in the motor torque: where something else
+    is missing there, an error of the sensor may make up for some of it.
     """
     if not any(k.misread for k in found):
         return None
-    return _better(data, given, as_reported(found), found)
+    first = _better(data, given, as_reported(found), found)
+    return None if first is None else _better(data, given, as_reported(found), found, partial(_searched, seed=seed))
 
 
 def of_shaft(data: Dataset, given: Given, found: Sequence[Known], nameless: Sequence[Known]) -> float | None:
@@ -47,10 +53,29 @@ def of_shaft(data: Dataset, given: Given, found: Sequence[Known], nameless: Sequ
     return _better(data, given, [*found, *on_shaft(nameless)], found)
 
 
-def _better(data: Dataset, given: Given, first: Sequence[Known], second: Sequence[Known]) -> float | None:
+Effects = Callable[[ChannelProblem], "tuple[Sequence[BaseTerm], float]"]
+"""what is fitted in a motor torque beside its simulation, and what saying it costs, in log density"""
+
+
+def _none(_problem: ChannelProblem) -> tuple[Sequence[BaseTerm], float]:
+    return (), 0.0
+
+
+def _searched(problem: ChannelProblem, seed: int) -> tuple[Sequence[BaseTerm], float]:
+    """What a search finds, at the price of each effect."""
+    search = searched(problem, seed)
+    model = search.model
+    found = [BaseTerm(b.regressor, tuple(b.precision)) for chosen in model.chosen for b in chosen.blocks]
+    search.close()
+    return found, model.price * len(model.chosen)
+
+
+def _better(
+    data: Dataset, given: Given, first: Sequence[Known], second: Sequence[Known], effects: Effects = _none
+) -> float | None:
     """Probability that the motor torque is explained better with the ``first`` of two ideas of the load torque than
-    with the ``second``, beside the simulation ``given``, had the points left out been drawn again; None where that may
-    be chance, or cannot be asked.
+    with the ``second``, beside the simulation ``given`` and ``effects``, had the points left out been drawn again; None
+    where that may be chance, or cannot be asked.
     """
     rows = data.rows.get(MOTOR_TORQUE)
     if rows is None or MOTOR_TORQUE in data.simulated or data.folder.manner.free:
@@ -58,12 +83,15 @@ def _better(data: Dataset, given: Given, first: Sequence[Known], second: Sequenc
     before = given.known.get(LOAD_TORQUE, ())
     frames = [corrected(rows.frame, [*before, *idea]) for idea in (first, second)]
     problems = [problem_of(data, given, MOTOR_TORQUE, replace(rows, frame=frame), ()) for frame in frames]
+    beside = [effects(problem) for problem in problems]
+    problems = [replace(p, base=(*p.base, *terms)) for p, (terms, _) in zip(problems, beside, strict=True)]
     residual = plain_residual(problems[0])
     densities: list[FloatArray] = []
-    for problem in problems:
+    for problem, (_, cost) in zip(problems, beside, strict=True):
         bank, blocks, fit = calibrated_alone(problem, residual)
         folds = starts_and_folds(problem.rows.take(problem.train).frame, problem.folds)[1]
-        densities.append(predictive(bank, blocks, folds, fit.variance))
+        density = predictive(bank, blocks, folds, fit.variance)
+        densities.append(density - cost / density.size)
     probability = float(weights(np.array(densities), 0)[0])
     return probability if probability >= 1.0 - criteria.ERROR_RATE else None
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -84,6 +84,8 @@ class ChannelModel:
     notes: list[str] = field(default_factory=list)
     differences: Differences = NONE
     """how far recordings are apart beside all effects of the model, as they were last compared"""
+    moved: Mapping[int, float] = field(default_factory=dict)
+    """by how much another channel says that coefficients are other than this one does, by their columns"""
 
     @property
     def channel(self) -> str:
@@ -102,8 +104,16 @@ class ChannelModel:
         return [*self.base, *(b for c in (self.chosen if chosen is None else chosen) for b in c.blocks)]
 
     def refitted(self, chosen: Sequence[Chosen]) -> Fit:
-        """Fit the simulation with some effects."""
-        return fit_blocks(self.bank, self.blocks(chosen), self.variances)
+        """Fit the simulation with some effects, as far as the channel tells them; moved by what another one says."""
+        found = fit_blocks(self.bank, self.blocks(chosen), self.variances)
+        if not self.moved:
+            return found
+        return replace(found, coefficients=found.coefficients + [self.moved.get(i, 0.0) for i in found.index])
+
+    def by_itself(self) -> ChannelModel:
+        """The model as its channel alone tells it."""
+        alone = replace(self, moved={})
+        return replace(alone, fit=alone.refitted(self.chosen)) if self.moved else self
 
     def contribution(self, chosen: Chosen, frame: Frame, fitted: Fit | None = None) -> FloatArray:
         """What an effect adds at the rows of a frame (n,)."""

@@ -36,7 +36,7 @@ class NamelessHeat(Untold):
         model = self.course.model
         fixed = fixed_part(MOTOR_TORQUE, frame, model.problem.switched_off)
         left = np.where(frame.direction != 0, frame.motor_torque - fixed - model.predict(frame), 0.0)
-        return _heat_of((self.course.at(frame), left), frame)
+        return heat_of((self.course.at(frame), left), frame)
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +59,7 @@ class GainHeat(Untold):
         main = self.gain.main
         values, directions = np.linalg.eigh(self.model.fit.of(main.indices)[1])
         unsure = main.regressor.columns(frame) @ (directions * np.sqrt(np.maximum(values, 0.0)))
-        return _heat_of([*unsure.T, criteria.SHAPE * self.model.contribution(self.gain, frame)], frame)
+        return heat_of([*unsure.T, criteria.SHAPE * self.model.contribution(self.gain, frame)], frame)
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +77,7 @@ class NamelessLoadHeat(Untold):
         return integral(self.course.at(frame) * frame.velocity, frame)[:, None]
 
 
-def _heat_of(torques: Sequence[FloatArray], frame: Frame) -> FloatArray:
+def heat_of(torques: Sequence[FloatArray], frame: Frame) -> FloatArray:
     """Integrals (n, k) over each recording of what ``torques`` (n,) of the motor add to the loss."""
     sign = np.sign(frame.motor_torque * frame.omega - frame.torque * frame.velocity)
     return np.column_stack([integral(sign * torque * frame.omega, frame) for torque in torques])

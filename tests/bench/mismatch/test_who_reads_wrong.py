@@ -27,6 +27,8 @@ from tests.bench.mismatch.regression.synthetic import RATIO, campaign, problem
 
 ROW = {"effect": "sensor.torque_gain", "form": "gain", "parameters": {"g_s": {"value": 0.02, "unit": "1"}}}
 
+ZERO_DRIFT = {"value": 0.4, "unit": "N*m/K"}
+
 
 def given_of(row: dict[str, Any]) -> Given:
     return Given.of(Simulation.from_json(with_rows(row).to_json()))
@@ -59,6 +61,31 @@ def test_the_motor_torque_tells_which_of_the_two_is_wrong(wrong: str, monkeypatc
     data = SimpleNamespace(rows={"motor_torque": rows}, simulated=frozenset(), folder=folder)
     found = who_reads_wrong.of_load_motor(cast("Any", data), cast("Any", SimpleNamespace(known={})), [known])
     assert (found is not None) is (wrong == "load motor")
+
+
+def test_an_error_of_the_sensor_stays_one_where_something_else_makes_up_for_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The zero of the sensor drifts with the temperature, and so does a drag that the simulation lacks: together they
+    are less than either, and the simulation alone follows the torque as read.
+    """
+    frame = loaded(40)
+    zero = {"effect": "sensor.torque_zero_temperature", "form": "linear", "parameters": {"z_T": ZERO_DRIFT}}
+    (known,) = given_of(zero).known[LOAD_TORQUE]
+    drag = 0.0017 * (frame.temperature - 25.0)
+    noise = np.random.default_rng(2).normal(0.0, 0.005, frame.size)
+    y = 0.5 * frame.direction + 0.01 * frame.omega + corrected(frame, [known]).torque / RATIO + drag + noise
+
+    def problem_of(_data: object, _given: object, _channel: str, rows: Any, _banned: object) -> Any:
+        return problem(rows.frame, y - rows.frame.torque / RATIO)
+
+    monkeypatch.setattr(who_reads_wrong, "problem_of", problem_of)
+    folder = SimpleNamespace(manner=SimpleNamespace(free=False))
+    data = cast(
+        "Any",
+        SimpleNamespace(rows={"motor_torque": problem(frame, y).rows}, simulated=frozenset(), folder=folder),
+    )
+    given = cast("Any", SimpleNamespace(known={}))
+    assert who_reads_wrong._better(data, given, who_reads_wrong.as_reported([known]), [known]) is not None
+    assert who_reads_wrong.of_load_motor(data, given, [known]) is None
 
 
 def test_an_error_of_the_load_motor_leaves_the_torque_as_read() -> None:

@@ -1,0 +1,104 @@
+"""The calibration of the motor torque as the heat tells it.
+
+Where the zero of a recording is taken off the loss, it is what the calibrated torque leaves of that recording's mean
+(:mod:`bench.mismatch.power_zeros`). What the calibration is off by in a mean is then power that is missing, or that
+never was: 5 mN·m at 170 rad/s change the end of a heating run by several times the noise of its thermometer. So the
+temperature tells the coefficients of the motor torque more exactly than noise that is slow lets the torque itself tell
+them. Both are put together: the covariance of the coefficients is the prior in the heat balance, and its posterior mean
+is what they are moved to (a Kalman update, of which the heat balance is the second measurement).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bench.mismatch.power_zeros import Zeros, left_out, measured
+from bench.mismatch.regression.model import Block, ChannelModel
+from bench.mismatch.regression.nameless_heat import heat_of
+from bench.mismatch.regression.problem import NUISANCE, BaseTerm, ChannelProblem, Untold
+from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.heat_rates import HEATING
+
+
+@dataclass(frozen=True, slots=True)
+class CalibrationHeat(Untold):
+    """Power of what the calibrated motor torque is unsure by in the mean of each recording, integrated over it.
+
+    ``covariance`` (k, k) of the coefficients of the columns ``indices`` of the ``model``.
+    """
+
+    model: ChannelModel
+    covariance: FloatArray
+    words: str = "heat of what the calibration of the motor torque is unsure by"
+    equation: str = "dT/dt += dtau_m*w_m/C"
+
+    @classmethod
+    def of(cls, model: ChannelModel) -> CalibrationHeat:
+        """With the coefficients as sure as the motor torque itself makes them."""
+        return cls(model, model.covariance(_columns(_told(model))))
+
+    @property
+    def indices(self) -> list[int]:
+        """Columns of the motor torque's bank whose coefficients are asked for."""
+        return _columns(_told(self.model))
+
+    def directions(self) -> FloatArray:
+        """One standard deviation of the coefficients (k, k), in each of k independent directions a column."""
+        scale = np.sqrt(np.maximum(np.diag(self.covariance), 1e-300))
+        values, vectors = np.linalg.eigh(self.covariance / np.outer(scale, scale))
+        return np.asarray(scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))
+
+    def columns(self, frame: Frame) -> FloatArray:
+        """Integrals of the powers of one standard deviation in each direction (n, k)."""
+        columns = np.hstack([np.zeros((frame.size, 0)), *(b.regressor.columns(frame) for b in _told(self.model))])
+        weight = np.where(frame.direction != 0, frame.count, 0.0)
+        number = np.maximum(np.bincount(frame.recording, weight), 1e-300)
+        torques = ((np.bincount(frame.recording, weight * t) / number) for t in (columns @ self.directions()).T)
+        return heat_of([of_recordings[frame.recording] for of_recordings in torques], frame)
+
+    def term(self, capacity: float) -> BaseTerm:
+        """The base term of the temperature for a heat capacity (J/K)."""
+        return BaseTerm(self, (capacity**2,) * len(self.covariance))
+
+
+def calibrated(
+    heat: ChannelModel, problem: ChannelProblem, zeros: Zeros, models: Mapping[str, ChannelModel]
+) -> tuple[CalibrationHeat, Zeros] | None:
+    """Move the calibration of the motor torque to where the heat says that it is: what it is unsure by then, and the
+    zeros as it leaves them. None, and nothing is moved, where the temperature of training recordings that are left out
+    is not predicted better with that, or where no loss depends on it.
+
+    ``heat``: model of the temperature; ``problem``: that of the temperature with the whole loss; ``models`` of the
+    torque channels, of which that of the motor torque is changed.
+    """
+    block = next((b for b in heat.base if isinstance(b.regressor, CalibrationHeat)), None)
+    heating = next((b for b in heat.base if b.regressor.effect == HEATING), None)
+    per_capacity = 0.0 if heating is None else float(heat.fit.of(heating.indices)[0][0])
+    if block is None or per_capacity <= 0.0:
+        return None
+    asked = block.regressor
+    assert isinstance(asked, CalibrationHeat)
+    coefficients, covariance = heat.fit.of(block.indices)
+    directions = asked.directions() / per_capacity
+    torque = asked.model
+    before, said = (torque.moved, torque.fit), zip(asked.indices, directions @ coefficients, strict=True)
+    torque.moved = {i: torque.moved.get(i, 0.0) + float(move) for i, move in said}
+    torque.fit = torque.refitted(torque.chosen)
+    moved = replace(measured(models), which=zeros.which)
+    found = [b for c in heat.chosen for b in c.blocks]
+    if left_out(problem, moved, found).sum() >= left_out(problem, zeros, found).sum():
+        torque.moved, torque.fit = before
+        return None
+    return replace(asked, covariance=directions @ covariance @ directions.T), moved
+
+
+def _told(model: ChannelModel) -> list[Block]:
+    """The blocks of a model that a simulation file tells."""
+    return [block for block in model.blocks() if block.regressor.effect != NUISANCE]
+
+
+def _columns(blocks: Sequence[Block]) -> list[int]:
+    return [i for block in blocks for i in block.indices]
