@@ -167,10 +167,19 @@ def of_zeros(model: ChannelModel, rows: NDArray[np.bool_]) -> float:
 
 
 def floor_error(densities: Sequence[Density]) -> float | None:
-    """Standard error of the noise of a sample: groups of recordings against each other; None where they are too few."""
-    floors = []
-    for k in range(GROUPS):
-        found = noise.mixture(densities[k::GROUPS])
-        if found is not None:
-            floors.append(float(np.sqrt(found.variance)))
-    return float(np.std(floors, ddof=1) / np.sqrt(len(floors))) if len(floors) == GROUPS else None
+    """Standard error of the noise of a sample: groups of recordings against each other. Where a group has too few, by
+    leaving each group out (delete-a-group jackknife: Kott, J. Official Statistics 17 (2001) 521); None where too few
+    are left even so.
+    """
+    groups = _floors([densities[k::GROUPS] for k in range(GROUPS)])
+    if groups is not None:
+        return float(np.std(groups, ddof=1) / np.sqrt(GROUPS))
+    others = _floors([[d for n, d in enumerate(densities) if n % GROUPS != k] for k in range(GROUPS)])
+    return None if others is None else float(np.std(others) * np.sqrt(GROUPS - 1))
+
+
+def _floors(groups: Sequence[Sequence[Density]]) -> list[float] | None:
+    """Noise of a sample in each of some groups of recordings; None where one has too few."""
+    found = [noise.mixture(group) for group in groups]
+    floors = [float(np.sqrt(one.variance)) for one in found if one is not None]
+    return floors if len(floors) == len(groups) else None
