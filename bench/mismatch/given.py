@@ -296,7 +296,9 @@ def _linear(effect: str, row: Row) -> Iterator[tuple[str, Known]]:
                 )
         else:
             full = [f for f in chosen if all(s.symbol in parameters for s in f.nonlinear)]
-            alike = [f for f in full if all(s.symbol in parameters for s in f.linear)] or full
+            whole = [f for f in full if all(s.symbol in parameters for s in f.linear)]
+            # a form that needs fewer of the parameters would pass over the others
+            alike = sorted(whole, key=lambda f: -len(f.linear) - len(f.nonlinear)) or full
             if not alike:
                 raise ConfigurationError(
                     f"the simulation's term {effect} lacks parameters in {channel}; it should have "

@@ -239,6 +239,9 @@ def named_candidates(
         if free and any(name in QUANTITIES and is_constant(quantity(name, frame)) for name in term.variables):
             continue
         for form in term.forms[channel]:
+            # where what it depends on beside the term's own quantities is constant it is one of the plain forms
+            if any(is_constant(quantity(name, frame)) for name in form.variables):
+                continue
             for point in form.grid(frame):
                 yield Named(term, channel, form, point)
 

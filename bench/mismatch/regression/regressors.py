@@ -96,7 +96,7 @@ class Named:
     @property
     def variables(self) -> tuple[str, ...]:
         """Quantities it depends on, the most telling first."""
-        return self.term.variables
+        return self.term.variables_of(self.form)
 
     @property
     def numbers(self) -> int:

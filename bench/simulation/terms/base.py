@@ -71,6 +71,8 @@ class Form:
     """nominal term whose first coefficient its own is; empty where it is free"""
     says: tuple[str, ...] = ()
     """other effects that this form says as well: one law in place of theirs and its own"""
+    variables: tuple[str, ...] = ()
+    """quantities it depends on, where it depends on more than the other forms of its term: all of them"""
     blur: float = 0.0
     """share of the first of ``nonlinear`` by which the form leaves it open, for it does not follow its input to that"""
 
@@ -109,6 +111,10 @@ class Term:
     def shape_of(self, channel: str, form: Form | None = None) -> tuple[Shape, ...]:
         """Those of one form; of the term where no form is named, or it has none of its own."""
         return form.shape if form is not None and form.shape else tuple(self.shape.get(channel, ()))
+
+    def variables_of(self, form: Form) -> tuple[str, ...]:
+        """Quantities that one of its forms depends on, the most telling first."""
+        return form.variables or self.variables
 
     def equation_of(self, form: Form) -> str:
         """Equation of one of its forms."""

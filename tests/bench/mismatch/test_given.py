@@ -11,7 +11,7 @@ import pytest
 from bench.errors import ConfigurationError
 from bench.mismatch.given import Given, Known
 from bench.mismatch.prediction import corrected
-from bench.mismatch.regression.regressors import named
+from bench.mismatch.regression.regressors import Named, named
 from bench.simulation.model import Simulation
 from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE
 from bench.simulation.terms.nominal.transmission_error import PAPER_ORDERS
@@ -143,6 +143,25 @@ def test_an_error_of_the_sensor_is_taken_off_once() -> None:
     assert list(given(gain).known) == list(given(curved).known) == [LOAD_TORQUE]
     seen = given({**curved, "channels": [MOTOR_TORQUE]})
     assert list(seen.known) == [MOTOR_TORQUE]
+
+
+@pytest.mark.parametrize(
+    ("effect", "parameters", "form"),
+    [
+        ("sensor.torque_gain", {"g_s": 0.02}, "gain"),
+        ("sensor.torque_gain", {"g_s": 0.02, "g_T": 1e-4}, "temperature"),
+        ("friction.stribeck", {"f_s": 0.3, "w_s": 6.0}, "exponential"),
+        ("friction.stribeck", {"f_s": 0.3, "w_s": 6.0, "beta": -0.03, "delta": 0.9}, "hersey"),
+    ],
+)
+def test_a_row_without_a_form_is_the_one_that_has_all_of_its_parameters(
+    effect: str, parameters: dict[str, float], form: str
+) -> None:
+    ((known,),) = given({"effect": effect, "parameters": parameters}).known.values()
+    assert isinstance(known.regressor, Named)
+    assert known.regressor.form.name == form
+    assert known.coefficients is not None
+    assert [*known.coefficients, *known.regressor.point] == list(parameters.values())
 
 
 @pytest.mark.parametrize("form", [f.name for f in LIBRARY["sensor.torque_nonlinearity"].forms[MOTOR_TORQUE]])

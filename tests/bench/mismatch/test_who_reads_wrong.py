@@ -26,6 +26,7 @@ from tests.bench.exchange.samples import with_rows
 from tests.bench.mismatch.regression.synthetic import RATIO, campaign, problem
 
 ROW = {"effect": "sensor.torque_gain", "form": "gain", "parameters": {"g_s": {"value": 0.02, "unit": "1"}}}
+WARM = ROW | {"form": "temperature", "parameters": {"g_s": 0.01, "g_T": 0.002}}
 
 ZERO_DRIFT = {"value": 0.4, "unit": "N*m/K"}
 
@@ -39,15 +40,18 @@ def loaded(recordings: int) -> Frame:
     return replace(frame, load_motor_level=frame.torque)
 
 
-def gain_error() -> Known:
-    (known,) = given_of(ROW).known[LOAD_TORQUE]
+def gain_error(row: dict[str, Any] = ROW) -> Known:
+    (known,) = given_of(row).known[LOAD_TORQUE]
     return known
 
 
+@pytest.mark.parametrize("row", [ROW, WARM], ids=["gain", "gain that grows with temperature"])
 @pytest.mark.parametrize("wrong", ["sensor", "load motor", "neither"])
-def test_the_motor_torque_tells_which_of_the_two_is_wrong(wrong: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_motor_torque_tells_which_of_the_two_is_wrong(
+    wrong: str, row: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
     frame = loaded(40)
-    known = gain_error()
+    known = gain_error(row)
     real = corrected(frame, [known]).torque if wrong == "sensor" else frame.torque
     noise = np.random.default_rng(2).normal(0.0, 0.005 if wrong != "neither" else 3.0, frame.size)
     y = 0.5 * frame.direction + 0.01 * frame.omega + real / RATIO + noise

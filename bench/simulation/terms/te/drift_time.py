@@ -4,8 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.frame import FloatArray, Frame, recording_starts
 from bench.simulation.terms.base import TRANSMISSION_ERROR, Form, Point, Symbol, Term, columns
+
+EVEN = 22
+"""moments of a step at even distances"""
+MOST_GAPS = 60
+"""gaps between recordings in which a step is looked for"""
 
 
 def _linear(frame: Frame, _: Point) -> FloatArray:
@@ -26,8 +31,16 @@ def _logarithmic(frame: Frame, point: Point) -> FloatArray:
 
 
 def _steps(frame: Frame) -> tuple[Point, ...]:
+    # a step has no slope by which its moment is refined: it stands in the very gap between two recordings, or at one
+    # of a few even moments where these are long
     span = float(np.ptp(frame.time)) or 1.0
-    return tuple((span * share,) for share in np.linspace(0.08, 0.92, 22))
+    even = span * np.linspace(0.08, 0.92, EVEN)
+    starts = recording_starts(frame)[1:-1]
+    before, after = frame.time[starts - 1], frame.time[starts]
+    between = 0.5 * (before + after)[after > before]
+    if between.size > MOST_GAPS:
+        between = between[np.unique(np.round(np.linspace(0, between.size - 1, MOST_GAPS)).astype(int))]
+    return tuple((float(moment),) for moment in (between if between.size >= EVEN else np.sort([*even, *between])))
 
 
 def _loosening(frame: Frame, point: Point) -> FloatArray:

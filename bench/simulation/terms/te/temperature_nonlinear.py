@@ -31,10 +31,11 @@ def _cubic(frame: Frame, _: Point) -> FloatArray:
 def _transitions(frame: Frame) -> tuple[Point, ...]:
     low, high = np.percentile(frame.temperature, [2, 98])
     span = float(high - low) or 10.0
-    # the sharper a change, the closer its place has to be to be seen
+    # the sharper a change, the closer its place has to be to be seen; the sharpest is a step, which stands in the gap
+    # between two stages of a warm-up: a wider one moves the rows at both sides of it
     return tuple(
         (float(low + share * span), float(width * span))
-        for width, number in ((0.05, 13), (0.12, 7), (0.3, 5))
+        for width, number in ((0.005, 13), (0.05, 13), (0.12, 7), (0.3, 5))
         for share in np.linspace(0.1, 0.9, number)
     )
 
