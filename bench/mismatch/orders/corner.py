@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.orders.revolutions import Complex, Revolution, directions, states
+from bench.mismatch.orders.revolutions import Complex, Revolution, directions, states, states_of
 from bench.mismatch.orders.series import Series, fit_order
 from bench.mismatch.orders.weak import WEAK, Stage, WeakOrder, design, gain_of
 from bench.simulation.frame import FloatArray, IntArray
@@ -41,7 +41,8 @@ def cornered(
     ``points`` (revolutions,) the operating points that are left out together.
     """
     best: tuple[float, tuple[str, ...]] | None = None
-    levels = _levels(states(stage.revolutions)[:, 0])
+    torque = states(stage.revolutions)[:, 0]
+    levels = states_of(torque, criteria.WAVERING * float(np.abs(torque).max()))
     for bends in BENDS:
         if len(bends) >= levels:
             break  # a function through every level that was driven says nothing between them
@@ -65,13 +66,6 @@ def _times(side: str, factor: str) -> str:
     if factor == "1":
         return side
     return factor if side == "1" else f"{side}*{factor}"
-
-
-def _levels(torque: FloatArray) -> int:
-    """Levels of torque that were driven: values (n,) that are farther apart than a load wavers."""
-    values = np.sort(torque)
-    apart = criteria.WAVERING * float(np.max(np.abs(values), initial=0.0))
-    return 1 + int(np.sum(np.diff(values) > apart)) if values.size else 0
 
 
 def _left_out_by_waves(
@@ -107,10 +101,10 @@ def _left_out_by_polynomials(
     x, direction = states(revolutions), directions(revolutions)
     k = series.orders.index(order)
     out = 0.0
-    for row, side in enumerate(series.scaling):
+    for side, scaling in series.scaling.items():
         on_side = direction * side > 0
-        basis = series.scaling[side].monomials(x)
-        spread = noise * np.sqrt(series.doubt[row, k])
+        basis = scaling.monomials(x)
+        spread = noise * np.sqrt(series.doubt[0 if side > 0 else 1, k])
         for point in np.unique(points[on_side]):
             there, rest = on_side & (points == point), on_side & (points != point)
             if not rest.any():

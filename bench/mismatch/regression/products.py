@@ -1,10 +1,10 @@
 """Functions of two quantities that are a product: a function found of one of them, times a function of another.
 
-A table of two quantities that is close in one of them has more values than recordings can tell. A product of two
-tables has the values of each. A drag that acts in a part of the revolution, and only above a speed, is such a product
-of a table over the output angle, whatever name the angle alone would have. It is found by alternating least squares (the criss-cross regression of Gabriel and
-Zamir, Technometrics 21 (1979) 489), and stands in the model by what its values may change to first order: each table's
-values with the other's held.
+A table of two quantities that is close in one of them has more values than recordings can tell. A product of two tables
+has the values of each. A drag that acts in a part of the revolution, and only above a speed, is such a product of a
+table over the output angle, whatever name the angle alone would have. It is found by alternating least squares (the
+criss-cross regression of Gabriel and Zamir, Technometrics 21 (1979) 489), and stands in the model by what its values
+may change to first order: each table's values with the other's held.
 """
 
 from __future__ import annotations
@@ -30,9 +30,11 @@ MOST_KINDS = 2
 """quantities of a product"""
 _LEAST = 1e-6
 """precision of a table's values, over the mean energy of their columns: values that no recording tells stay small"""
-_KIND = {"torque": "load", "load": "load", "load_motor_torque": "load", "speed": "speed", "velocity": "speed"} | {
-    "temperature": "temperature"
-} | {"angle": "angle"}
+_KIND = (
+    {"torque": "load", "load": "load", "load_motor_torque": "load", "speed": "speed", "velocity": "speed"}
+    | {"temperature": "temperature"}
+    | {"angle": "angle"}
+)
 """what a quantity tells: the size of a load is told by the load"""
 _POINT: dict[str, dict[str, str]] = {
     MOTOR_TORQUE: {"load": "torque", "speed": "speed", "temperature": "temperature"},

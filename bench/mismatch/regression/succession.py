@@ -209,12 +209,11 @@ def _less_than_its_correction(model: ChannelModel) -> Chosen | None:
     """A name that says less than the correction of its form; None where there is none. A correction may be a fifth of
     the name (:data:`criteria.SHAPE`), but many rows say more than any prior.
     """
-    frame, train = model.problem.rows.frame, model.problem.train
-    number = model.problem.rows.number[train]
 
     def size(block: Block) -> float:
-        course = sum_of_blocks([block], model.fit, frame)[train]
-        return active_size(course - model.calibration.projected(course), number)
+        rows, train = model.problem.rows, model.problem.train
+        course = sum_of_blocks([block], model.fit, rows.frame)[train]
+        return active_size(course - model.calibration.projected(course), rows.number[train])
 
     shaped = ((c, c.shape) for c in model.chosen if c.shape is not None and not c.nominal)
     return next((c for c, shape in shaped if size(shape) > size(c.main)), None)
