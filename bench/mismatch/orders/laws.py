@@ -29,6 +29,7 @@ from bench.mismatch.orders.law_scores import (
 )
 from bench.mismatch.orders.lowest import lowest
 from bench.mismatch.orders.model import TransmissionModel, calibrated_by
+from bench.mismatch.orders.revolutions import states_of
 from bench.mismatch.orders.series import Series
 from bench.mismatch.regression.maxima import tail, tail_rate
 from bench.simulation.frame import FloatArray
@@ -134,17 +135,6 @@ def _driven(data: Amplitudes, quantity: str) -> bool:
     if values is None:
         return True
     return states_of(values, criteria.WAVERING * float(np.abs(values).max())) >= FEWEST_STATES
-
-
-def states_of(values: FloatArray, apart: float) -> int:
-    """How many of some values (n,) can be chosen so that each two are more than ``apart``: a sweep through many speeds
-    has no gap between two, and has many.
-    """
-    number, last = 0, -np.inf
-    for value in np.sort(values):
-        if value - last > apart:
-            number, last = number + 1, float(value)
-    return number
 
 
 def _between_points(

@@ -12,6 +12,7 @@ from bench.mismatch import criteria
 from bench.mismatch.orders import offset_rows as slow
 from bench.mismatch.orders.between import search_between
 from bench.mismatch.orders.bounds import Bounds
+from bench.mismatch.orders.corner import cornered
 from bench.mismatch.orders.hidden import unhide
 from bench.mismatch.orders.joint import SETTLINGS, Evidence, settled
 from bench.mismatch.orders.misread import TorqueCheck
@@ -352,11 +353,15 @@ def calibrate_all(model: TransmissionModel, now: Seen, known: Sequence[float], f
             polynomial.append(f)
         weak.append(estimate)
     revolutions = model.training_revolutions
+    model.seen = now
+    if stage is not None and not model.laws:
+        bent = _bent(model, now, stage, known, [w for w in weak if w.order in polynomial])
+        weak = [bent.get(w.order, w) for w in weak]
+        polynomial = [f for f in polynomial if f not in bent]
     columns = np.array([now.orders.index(f) for f in polynomial], dtype=np.int64)
     noise = now.noise(polynomial)[model.train]
     vectors = now.vectors[model.train][:, columns]
     alone = tuple(w for w in weak if w.order not in polynomial)
-    model.seen = now
 
     def under(laws: tuple[Law, ...], waves: tuple[WeakOrder, ...]) -> Periodic:
         series = calibrated_by(model, vectors, noise, polynomial, passed(laws, revolutions, polynomial))
@@ -365,6 +370,22 @@ def calibrate_all(model: TransmissionModel, now: Seen, known: Sequence[float], f
     model.periodic = under((*model.given.laws, *model.laws), alone)
     given = under(model.given.laws, alone) if model.laws else model.periodic
     model.plain = given.series.less([f for f in polynomial if f not in known])
+
+
+def _bent(
+    model: TransmissionModel, now: Seen, stage: Stage, known: Sequence[float], asked: Sequence[WeakOrder]
+) -> dict[float, WeakOrder]:
+    """Of found orders that are to have polynomials those that waves over the torque follow better, as such."""
+    if not asked:
+        return {}
+    orders = [w.order for w in asked]
+    columns = [now.orders.index(f) for f in orders]
+    noise, vectors = now.noise(orders)[model.train], now.vectors[model.train][:, columns]
+    revolutions = model.training_revolutions
+    series = calibrate(revolutions, vectors, noise, orders, model.parts, known)
+    points = model.folds[[t.recording for t in revolutions]]
+    found = (cornered(w, stage, vectors[:, k], series, noise[:, k], points) for k, w in enumerate(asked))
+    return {w.order: w for w in found if w is not None}
 
 
 def calibrated_by(

@@ -32,7 +32,7 @@ AMPLITUDE = "a{0} = sqrt(mean(c{0}**2 + s{0}**2))"
 """of a wave whose amplitude may change with the state"""
 OF_MOTOR = ", f = k*u"
 MOVES_NOTHING = "the motor's encoder: multiples of the ratio, without the load's reaction in the motor torque"
-_DEPENDS = {"p": "direction", "tau": "load", "v": "speed", "T": "temperature"}
+_DEPENDS = {"p": "direction", "tau": "load", "abs_tau": "load", "v": "speed", "T": "temperature"}
 
 
 def parameter(symbol: str, value: float, unit: str, std: float | None) -> Row:
@@ -189,7 +189,7 @@ def _table_row(model: TransmissionModel, order: WeakOrder, size: float, gearbox:
     names = {
         name for times in order.model for factor in times.split("*") for key, name in _DEPENDS.items() if factor == key
     }
-    depends = [name for name in _DEPENDS.values() if name in names]
+    depends = [name for name in dict.fromkeys(_DEPENDS.values()) if name in names]
     return {
         "order": order.order,
         "amplitude": size,

@@ -92,6 +92,17 @@ def states(revolutions: Sequence[Revolution]) -> FloatArray:
     return np.array([[t.torque, t.velocity, t.temperature] for t in revolutions]).reshape(len(revolutions), 3)
 
 
+def states_of(values: FloatArray, apart: float) -> int:
+    """How many of some values (n,) can be chosen so that each two are more than ``apart``: a sweep through many speeds
+    has no gap between two, and has many.
+    """
+    number, last = 0, -np.inf
+    for value in np.sort(values):
+        if value - last > apart:
+            number, last = number + 1, float(value)
+    return number
+
+
 def passed(laws: Sequence[Law], revolutions: Sequence[Revolution], orders: Sequence[float]) -> Complex:
     """What some laws together multiply the vectors of ``orders`` by in the revolutions (revolutions, k)."""
     out = np.ones((len(revolutions), len(orders)), dtype=np.complex128)

@@ -73,6 +73,7 @@ def design(model: Sequence[str], revolutions: Sequence[Revolution]) -> FloatArra
         "p": (side > 0).astype(np.float64),
         "n": (side <= 0).astype(np.float64),
         "tau": x[:, 0] / 1000.0,
+        "abs_tau": np.abs(x[:, 0]) / 1000.0,
         "v": x[:, 1] / 0.1,
         "T": (x[:, 2] - 35.0) / 15.0,
     }

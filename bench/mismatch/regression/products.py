@@ -1,9 +1,10 @@
 """Functions of two quantities that are a product: a function found of one of them, times a function of another.
 
-A table of two quantities that is close in one of them has more values than recordings can tell. A product of two
-tables has the values of each. It is found by alternating least squares (the criss-cross regression of Gabriel and
-Zamir, Technometrics 21 (1979) 489), and stands in the model by what its values may change to first order: each table's
-values with the other's held.
+A table of two quantities that is close in one of them has more values than recordings can tell. A product of two tables
+has the values of each. A drag that acts in a part of the revolution, and only above a speed, is such a product of a
+table over the output angle, whatever name the angle alone would have. It is found by alternating least squares (the
+criss-cross regression of Gabriel and Zamir, Technometrics 21 (1979) 489), and stands in the model by what its values
+may change to first order: each table's values with the other's held.
 """
 
 from __future__ import annotations
@@ -14,14 +15,14 @@ from dataclasses import replace
 import numpy as np
 
 from bench.mismatch.regression.finer import coarser
-from bench.mismatch.regression.knots import KNOTS, close_knots, knots_of
+from bench.mismatch.regression.knots import KNOTS, close_knots, halved, knots_of
 from bench.mismatch.regression.model import Block, Chosen
-from bench.mismatch.regression.regressors import UNKNOWN, Free, Regressor
+from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor
 from bench.mismatch.regression.state import Search
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.quantities import quantity
 from bench.simulation.tables import Grid
-from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TRANSMISSION_ERROR
+from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE, TRANSMISSION_ERROR
 
 MOST_ITERATIONS = 12
 """times that each of the two tables is fitted with the other held"""
@@ -29,18 +30,24 @@ MOST_KINDS = 2
 """quantities of a product"""
 _LEAST = 1e-6
 """precision of a table's values, over the mean energy of their columns: values that no recording tells stay small"""
-_KIND = {"torque": "load", "load": "load", "load_motor_torque": "load", "speed": "speed", "velocity": "speed"} | {
-    "temperature": "temperature"
-}
-"""what a quantity of the operating point tells: the size of a load is told by the load"""
+_KIND = (
+    {"torque": "load", "load": "load", "load_motor_torque": "load", "speed": "speed", "velocity": "speed"}
+    | {"temperature": "temperature"}
+    | {"angle": "angle"}
+)
+"""what a quantity tells: the size of a load is told by the load"""
 _POINT: dict[str, dict[str, str]] = {
     MOTOR_TORQUE: {"load": "torque", "speed": "speed", "temperature": "temperature"},
     LOAD_TORQUE: {"load": "load_motor_torque", "speed": "speed", "temperature": "temperature"},
     TRANSMISSION_ERROR: {"load": "torque", "speed": "speed", "temperature": "temperature"},
 }
 """quantity of each kind, by channel"""
-_CLOSEST = ("speed", "load", "temperature")
+_CLOSEST = ("angle", "speed", "load", "temperature")
 """kinds, the one of which a table can be closest first"""
+_BY_THE_LOAD = {"angle"}
+"""kinds of whose functions a name says how they go with the load: a wave of the friction that grows with it, the
+reaction of a load on a ratio that varies over the angle
+"""
 
 
 def products(search: Search) -> list[Block]:
@@ -53,20 +60,24 @@ def products(search: Search) -> list[Block]:
 def _products(search: Search) -> Iterator[Block]:
     problem = search.model.problem
     frame = problem.rows.frame.take(problem.train)
+    point = _POINT[search.model.channel]
+    asked: set[tuple[tuple[str, ...], tuple[str, ...]]] = set()
     for one in search.model.chosen:
-        free = one.main.regressor
-        point = _POINT[search.model.channel]
+        free = _function(one, frame)
         kinds = _kinds(free)
-        if not isinstance(free, Free) or not kinds or len(kinds) > MOST_KINDS:
+        if free is None or not kinds or len(kinds) > MOST_KINDS or (kinds, free.times) in asked:
             continue
+        asked.add((kinds, free.times))
         first = free.grids
-        if len(kinds) > 1:
+        if len(kinds) > 1 or "angle" in kinds:
             # both tables close, where one table of both has to be coarse
-            knots = _knots(point[kinds[0]], frame)
+            name = point.get(kinds[0], kinds[0])
+            knots = _knots(name, frame)
             if knots is None:
                 continue
-            first = tuple(Grid((point[kinds[0]],), grid.times, (knots,)) for grid in free.grids)
-        for kind in kinds[1:] or [k for k in point if k not in kinds]:
+            first = tuple(Grid((name,), grid.times, (knots,)) for grid in free.grids)
+        without = {*kinds, *(("load",) if _BY_THE_LOAD & set(kinds) else ())}
+        for kind in kinds[1:] or [k for k in point if k not in without]:
             block = _product(search, replace(free, grids=first), point[kind], frame)
             if block is not None:
                 yield block
@@ -79,7 +90,12 @@ def replaced(chosen: Sequence[Chosen], product: Regressor) -> list[Chosen]:
     if not isinstance(product, Free) or not product.mixing:
         return [c for c in chosen if coarser(c.main.regressor, product)]
     kinds, times = {_KIND.get(name) for name in product.variables}, set(product.times)
-    return [c for c in chosen if (common := _kinds(c.main.regressor)) and set(common) <= kinds and _times(c) == times]
+
+    def held(one: Chosen) -> bool:
+        free = _function(one)
+        return free is not None and bool(of := _kinds(free)) and set(of) <= kinds and set(free.times) == times
+
+    return [c for c in chosen if held(c)]
 
 
 def without_parts(chosen: Sequence[Chosen], new: Regressor) -> list[Chosen]:
@@ -88,12 +104,26 @@ def without_parts(chosen: Sequence[Chosen], new: Regressor) -> list[Chosen]:
     return [c for c in chosen if not any(c is g for g in gone)]
 
 
-def _times(chosen: Chosen) -> set[str]:
-    free = chosen.main.regressor
-    return set(free.times) if isinstance(free, Free) else set()
+def _function(chosen: Chosen, frame: Frame | None = None) -> Free | None:
+    """The function without a name that an effect is, or that any part of it would be if the name did not say that any
+    function of the output angle is its own; on the rows of a ``frame`` with the knots of one that is searched for.
+    """
+    regressor = chosen.main.regressor
+    term = LIBRARY.get(chosen.effect)
+    if isinstance(regressor, Free) and regressor.effect == UNKNOWN:
+        return regressor
+    if term is None or not term.any_function or term.variables != ("angle",):
+        return None
+    if isinstance(regressor, Free):
+        return replace(regressor, effect=UNKNOWN)
+    assert isinstance(regressor, Named)
+    knots = None if frame is None else knots_of(quantity("angle", frame), KNOTS[1])
+    of = term.shape_of(regressor.channel, regressor.form)
+    grids = tuple(Grid((name,), times, (knots or (0.0, 1.0),)) for name, times in of)
+    return Free(regressor.channel, grids) if grids else None
 
 
-def _kinds(regressor: Regressor) -> tuple[str, ...]:
+def _kinds(regressor: Regressor | None) -> tuple[str, ...]:
     """What the tables of a function without a name are of, the one that can be closest first; nothing of any other."""
     if not isinstance(regressor, Free) or regressor.effect != UNKNOWN or regressor.mixing:
         return ()
@@ -127,7 +157,10 @@ def _product(search: Search, first: Free, name: str, frame: Frame) -> Block | No
 def _knots(name: str, frame: Frame) -> tuple[float, ...] | None:
     values = quantity(name, frame)
     close = close_knots(values) if name == "speed" else None
-    return knots_of(values, KNOTS[1]) if close is None else close
+    if close is None:
+        close = knots_of(values, KNOTS[1])
+    # of the angle all values are driven, so that a table of it can be close
+    return halved(close, values) if name == "angle" and close is not None else close
 
 
 def _fitted(

@@ -6,20 +6,21 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from bench.mismatch import criteria
-from bench.mismatch.regression.beside import chance_of, differs_from_zero, handicap_of, in_its_form
+from bench.mismatch.regression.beside import chance_of, differs_from_zero, free_function, handicap_of, in_its_form
 from bench.mismatch.regression.description import description
 from bench.mismatch.regression.equivalent import explains_most
 from bench.mismatch.regression.heredity import laws, without
-from bench.mismatch.regression.model import ChannelModel, Chosen
+from bench.mismatch.regression.model import Block, ChannelModel, Chosen, add_block, sum_of_blocks
 from bench.mismatch.regression.one_law import one_or_two
 from bench.mismatch.regression.one_way import named_by_course
 from bench.mismatch.regression.pruning import no_mere_form
 from bench.mismatch.regression.refine import strained
 from bench.mismatch.regression.refuted import borne_out, forget, without_a_name
-from bench.mismatch.regression.regressors import UNKNOWN, Free, Named
+from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, by_definition
 from bench.mismatch.regression.search import next_best
 from bench.mismatch.regression.slots import Contender, Slot, slots
 from bench.mismatch.regression.state import Search
+from bench.mismatch.regression.strength import active_size
 
 
 def settle(search: Search) -> list[Slot]:
@@ -57,10 +58,10 @@ def _succeeded(search: Search) -> list[Slot]:
         successors = (successor for slot in found if (successor := _succession(model, slot)) is not None)
         chosen = next((s for s in successors if exchanges > 0 or len(s) < len(model.chosen)), None)
         if chosen is None:
-            doubtful = _least_sure(model)
+            doubtful = _least_sure(model) or _less_than_its_correction(model)
             if doubtful is None:
                 return found
-            chosen = without(model.chosen, doubtful, model.problem.lacking)
+            chosen = _in_its_place(search, doubtful)
         exchanges -= 1
         chosen = no_mere_form(search, chosen)
         search.model = replace(model, chosen=chosen, fit=model.refitted(chosen))
@@ -188,12 +189,13 @@ def _succession(model: ChannelModel, slot: Slot) -> list[Chosen] | None:
 
 def _least_sure(model: ChannelModel) -> Chosen | None:
     """The effect that is least surely more than nothing, as recordings differ; None where all are sure. What rows of
-    one recording share, a start or a zero of its own, makes rows as sure of an effect as if each said so.
+    one recording share, a start or a zero of its own, makes rows as sure of an effect as if each said so. A name is
+    asked by its own numbers: a correction of its form that is sure where they are not is another function.
     """
     model.compare_recordings()
     least: tuple[float, Chosen] | None = None
     for effect in model.chosen:
-        regressor, indices = effect.main.regressor, [i for b in effect.blocks for i in b.indices]
+        regressor, indices = effect.main.regressor, effect.main.indices
         if effect.nominal or (isinstance(regressor, Named) and regressor.form.shares):
             continue  # of a term with the coefficient of another only the shape is its own
         coefficients, covariance = model.fit.of(indices)[0], model.covariance(indices)
@@ -201,6 +203,41 @@ def _least_sure(model: ChannelModel) -> Chosen | None:
             chance = chance_of(coefficients, covariance)
             least = max((chance, effect), least or (-1.0, effect), key=lambda item: item[0])
     return None if least is None else least[1]
+
+
+def _less_than_its_correction(model: ChannelModel) -> Chosen | None:
+    """A name that says less than the correction of its form; None where there is none. A correction may be a fifth of
+    the name (:data:`criteria.SHAPE`), but many rows say more than any prior.
+    """
+
+    def size(block: Block) -> float:
+        rows, train = model.problem.rows, model.problem.train
+        course = sum_of_blocks([block], model.fit, rows.frame)[train]
+        return active_size(course - model.calibration.projected(course), rows.number[train])
+
+    shaped = ((c, c.shape) for c in model.chosen if c.shape is not None and not c.nominal)
+    return next((c for c, shape in shaped if size(shape) > size(c.main)), None)
+
+
+def _in_its_place(search: Search, doubtful: Chosen) -> list[Chosen]:
+    """Effects of the model with what stands in the place of one whose own numbers may be nothing, or say less than the
+    correction of its form: the function that this draws, if it is sure, under the name that such a function has by
+    definition, or none.
+    """
+    model = search.model
+    others = without(model.chosen, doubtful, model.problem.lacking)
+    shape = None if doubtful.shape is None else doubtful.shape.regressor
+    if not isinstance(shape, Free):
+        return others
+    indices = doubtful.shape.indices if doubtful.shape is not None else ()
+    if not differs_from_zero(model.fit.of(indices)[0], model.covariance(indices)):
+        return others
+    over = {name for grid in shape.grids for name in grid.over}
+    effect = by_definition(shape.channel, over.pop(), shape.times) if len(over) == 1 else UNKNOWN
+    function = replace(shape, effect=effect)
+    if search.out(function) or any(c.effect == effect != UNKNOWN for c in others):
+        return others
+    return [*others, free_function(search, others, add_block(model.problem, model.bank, function))]
 
 
 def _by_chance(slot: Slot) -> bool:
