@@ -18,7 +18,7 @@ from bench.mismatch.orders.reaction import Reaction, reaction_of
 from bench.mismatch.orders.revolutions import found_in
 from bench.mismatch.orders.shaken import inertia_from_orders, inertia_of, without_shaking
 from bench.mismatch.orders.torques import torque_discoveries
-from bench.mismatch.outcomes import beside_states, of_search, slots_of
+from bench.mismatch.outcomes import of_search, slots_of
 from bench.mismatch.power_zeros import UNNAMED, Zeros, of_recordings
 from bench.mismatch.power_zeros import chosen as zeros_chosen
 from bench.mismatch.prediction import corrected
@@ -27,6 +27,7 @@ from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.rows import HEAT_S, Rows
 from bench.mismatch.regression.bank import Fit
 from bench.mismatch.regression.candidates import ROTATING
+from bench.mismatch.regression.hidden_states import with_states
 from bench.mismatch.regression.model import ChannelModel, Chosen, fit_blocks
 from bench.mismatch.regression.nameless_heat import gain_heat, nameless_heat, nameless_load_heat
 from bench.mismatch.regression.nameless_load import nameless_load
@@ -141,7 +142,7 @@ def analyse(
             else:
                 problem = problem_of(data, given, channel, rows, (*banned, *shown), unnamed)
                 search = _beside_orders(out, data, given, problem, seed)
-                search = beside_states(search, data, seed)
+                search = search if data.linear else with_states(search, seed)
             out.searches[channel], slots = search, slots_of(search, data, formulas)
             if channel == TEMPERATURE and MOTOR_TORQUE in out.searches:
                 # the heat may have moved its calibration

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.mismatch import criteria
 from bench.mismatch.discovery import ChannelOutcome
 from bench.mismatch.orders import model as orders
 from bench.mismatch.orders.discoveries import discoveries as of_orders
@@ -19,7 +18,7 @@ from bench.mismatch.recordings.vibration import Density
 from bench.mismatch.regression import noise
 from bench.mismatch.regression.course import columns_at
 from bench.mismatch.regression.discoveries import discoveries as of_regression
-from bench.mismatch.regression.hidden_states import something_is_left, with_states
+from bench.mismatch.regression.hidden_states import with_states
 from bench.mismatch.regression.model import ChannelModel, of_start
 from bench.mismatch.regression.open_forms import with_open_forms
 from bench.mismatch.regression.problem import NUISANCE, WanderingZero
@@ -28,7 +27,6 @@ from bench.mismatch.regression.slow_noise import scattered
 from bench.mismatch.regression.state import Search
 from bench.mismatch.regression.succession import settle, without_empty_laws
 from bench.mismatch.unnamed.formula import in_formulas
-from bench.mismatch.unnamed.telegraph import telegraph
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms import TRANSMISSION_ERROR
 
@@ -40,18 +38,6 @@ MOST_ROWS = 4000
 """rows on which the uncertainty of a prediction is worked out"""
 GROUPS = 5
 """groups of recordings whose noise is told apart to see how sure the noise is"""
-
-
-def beside_states(search: Search, data: Dataset, seed: int) -> Search:
-    """A search, or another with states that are not recorded among the candidates (:func:`with_states`). A linear axis
-    is not asked for states; nor is what jumps between two levels, for which a function of states is no description.
-    """
-    if data.linear or not something_is_left(search.model):
-        return search
-    jumps = telegraph(search)
-    if jumps is not None and jumps.p_value < criteria.ERROR_RATE_OF_A_CHANNEL:
-        return search
-    return with_states(search, seed)
 
 
 def slots_of(search: Search, data: Dataset, formulas: bool) -> list[Slot]:
@@ -108,7 +94,7 @@ def of_transmission(model: TransmissionModel, data: Dataset, seed: int, formulas
     # orders and laws are found as revolutions show them: a law has to say more than they do, and not than the offset
     orders.learn(model, seed)
     assert model.offset is not None
-    offset = model.offset = beside_states(model.offset, data, seed)
+    offset = model.offset = model.offset if data.linear else with_states(model.offset, seed)
     slots = settle(offset)
     if formulas:
         slots = in_formulas(offset, slots, data.auxiliary_units)

@@ -37,7 +37,7 @@ def with_states(search: Search, seed: int) -> Search:
     frame = model.problem.rows.frame.take(model.problem.train)
     if model.problem.states or model.noise.independent_rows is not None or overlapping(frame):
         return search
-    if not something_is_left(model):
+    if not _something_is_left(model):
         return search
     again = searched(replace(model.problem, states=True), seed)
     told = _reported(again) if _has_state(again.model.chosen) else []
@@ -57,7 +57,7 @@ def _reported(search: Search) -> list[Chosen]:
     return borne_out(replace(search.model, notes=[]))
 
 
-def something_is_left(model: ChannelModel) -> bool:
+def _something_is_left(model: ChannelModel) -> bool:
     """Whether a model has a function without a name, or leaves more of the fitted rows than noise: as they are
     weighted, recordings' offsets with them, or by what is known of the noise of a sample.
     """

@@ -1,15 +1,11 @@
-"""How sure the noise of a sample is, and what is searched again with states."""
+"""How sure the noise of a sample is."""
 
 from __future__ import annotations
-
-from types import SimpleNamespace
-from typing import Any, cast
 
 import numpy as np
 import pytest
 
-from bench.mismatch import outcomes
-from bench.mismatch.outcomes import beside_states, floor_error
+from bench.mismatch.outcomes import floor_error
 from bench.mismatch.recordings.vibration import Density
 
 RATE, BINS = 500.0, 128
@@ -42,25 +38,3 @@ def test_a_few_recordings_tell_how_sure_the_noise_is_as_many_do() -> None:
 def test_too_few_recordings_do_not_tell() -> None:
     assert floor_error(densities(3, 0.05)) is None
     assert floor_error([]) is None
-
-
-@pytest.mark.parametrize(
-    ("linear", "left", "chance", "asked"),
-    [
-        (False, True, None, True),
-        (False, True, 0.5, True),
-        (False, True, 1e-4, False),  # two levels: a function of states may follow them, and says nothing
-        (False, False, None, False),
-        (True, True, None, False),
-    ],
-)
-def test_states_are_asked_for_where_something_is_left_that_does_not_jump(
-    linear: bool, left: bool, chance: float | None, asked: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    first, again = cast("Any", SimpleNamespace(model=None)), object()
-    jumps = None if chance is None else SimpleNamespace(p_value=chance)
-    monkeypatch.setattr(outcomes, "something_is_left", lambda _model: left)
-    monkeypatch.setattr(outcomes, "telegraph", lambda _search: jumps)
-    monkeypatch.setattr(outcomes, "with_states", lambda _search, _seed: again)
-    found = beside_states(first, cast("Any", SimpleNamespace(linear=linear)), 0)
-    assert found is (again if asked else first)
