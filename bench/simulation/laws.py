@@ -56,7 +56,8 @@ class Reference:
 @dataclass(frozen=True, slots=True)
 class Law:
     """A law the known orders follow: its effect, form, nonlinear parameters, gain of log-likelihood, the orders it
-    touches, and the strength ε of each order in ``series`` (0 where it does not touch one).
+    touches, and the strength ε of each order in ``series`` (0 where it does not touch one). ``inexact``: standard
+    deviation, over an order's size, by which what excites a resonance that was found departs from the order.
     """
 
     effect: str
@@ -68,6 +69,7 @@ class Law:
     variables: tuple[str, ...] = ()
     reference: Reference = Reference()
     series: tuple[float, ...] = ()
+    inexact: float = 0.0
 
     def equation(self) -> str:
         """g of a law that is no resonance, with its nonlinear parameters g_1, g_2."""
