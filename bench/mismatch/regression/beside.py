@@ -115,10 +115,20 @@ def _weighted_size(values: FloatArray) -> float:
 
 def handicap_of(search: Search, candidate: Chosen) -> float:
     """Log density by which a term has to be better than others to be reported: one at the end of its range, or a loop
-    that the recordings hardly turned, is another term in disguise.
+    that the recordings hardly turned, is another term in disguise; a form that depends on more than the others of its
+    term do has to be better for each number that it has beyond theirs.
     """
-    frame = search.model.problem.rows.frame
-    return criteria.RICHER * (int(strained(candidate.main.regressor, frame)) + int(idle(search, candidate)))
+    regressor, frame = candidate.main.regressor, search.model.problem.rows.frame
+    return criteria.RICHER * (int(strained(regressor, frame)) + int(idle(search, candidate)) + _richer(regressor))
+
+
+def _richer(regressor: Regressor) -> int:
+    """Numbers that a form which depends on more than the others of its term has beyond the fewest of theirs."""
+    if not isinstance(regressor, Named) or not regressor.form.variables:
+        return 0
+    forms = (f for f in regressor.term.forms[regressor.channel] if not f.variables)
+    fewest = min((len(form.linear) + len(form.nonlinear) for form in forms), default=regressor.numbers)
+    return max(regressor.numbers - fewest, 0)
 
 
 def idle(search: Search, candidate: Chosen) -> bool:
