@@ -151,10 +151,11 @@ def analyse(
                 motor_torque.close()
             if channel == MOTOR_TORQUE and TEMPERATURE in channels:
                 settled = slots
+                give_back()
                 continue
             out.outcomes[channel] = _outcome(out, data, given, search, slots, seed)
             if channel == LOAD_TORQUE:
-                known = _acting(out, data, given, _known_of(search), seed)
+                known = _acting(out, data, given, _known_of(search), seed, banned)
                 loads, unsure = _loads(out, data, given, search.model, known)
                 acting = (*acting, *known, *loads)
                 in_angles = _excluded_delay(search)
@@ -257,22 +258,25 @@ def _holds_with(
     """Whether nothing without a name is left in the motor torque, and the temperature still shows a lag with
     it.
     """
-    outcome = _outcome_of(out, data, given, out.searches[MOTOR_TORQUE], formulas, seed)
-    if any(d.effect == UNKNOWN for d in outcome.discoveries):
+    motor_torque, heat = out.searches[MOTOR_TORQUE], None
+    slots = slots_of(motor_torque, data, formulas)
+    if UNNAMED in out.zeros.which or of_recordings(out.zeros.which, MOTOR_TORQUE):
+        # the temperature was fitted with what is no more, or with zeros of recordings that another model tells
+        heat = _heat(out, data, given, rows, seed, banned)
+    outcome = _outcome(out, data, given, motor_torque, slots, seed)
+    lags = heat is None or behind_of(heat.model) is not None
+    if not lags or any(d.effect == UNKNOWN for d in outcome.discoveries):
+        if heat is not None:
+            heat.close()
         return False
     outcome.notes.append(
         "what the motor torque had without a name comes from the lag of the temperature sensor: calculated with"
         " the temperature of the gearbox itself, nothing without a name is left"
     )
-    if UNNAMED in out.zeros.which:
-        # the temperature was fitted with what is no more
-        search = _heat(out, data, given, rows, seed, banned)
-        if behind_of(search.model) is None:
-            search.close()
-            return False
+    if heat is not None:
         out.searches[TEMPERATURE], out.outcomes[TEMPERATURE] = (
-            search,
-            _outcome_of(out, data, given, search, formulas, seed),
+            heat,
+            _outcome_of(out, data, given, heat, formulas, seed),
         )
     out.outcomes[MOTOR_TORQUE] = outcome
     return True
@@ -339,7 +343,7 @@ def _heat(out: Analysis, data: Dataset, given: Given, rows: Rows, seed: int, ban
         nameless: tuple[BaseTerm, ...] = ()
         if MOTOR_TORQUE in models:
             nameless = (*nameless_heat(models[MOTOR_TORQUE], capacity), *gain_heat(models[MOTOR_TORQUE], capacity))
-        if unsure is not None and of_recordings(out.zeros.which, MOTOR_TORQUE):
+        if unsure is not None and unsure.indices and of_recordings(out.zeros.which, MOTOR_TORQUE):
             nameless = (*nameless, unsure.term(capacity))
         if LOAD_TORQUE in models:
             nameless = (*nameless, *nameless_load_heat(models[LOAD_TORQUE], capacity))
@@ -355,10 +359,10 @@ def _heat(out: Analysis, data: Dataset, given: Given, rows: Rows, seed: int, ban
         first.close()
         out.zeros = again
         first = search()
-    told = calibrated(first.model, problem, out.zeros, models)
-    if told is None:
+    moved = calibrated(first.model, problem, out.zeros, models)
+    if moved is None:
         return first
-    unsure, out.zeros = told
+    out.zeros = moved
     first.close()
     return search()
 
@@ -391,9 +395,11 @@ def _loads(
     return loads, replace(model, chosen=unsure)
 
 
-def _acting(out: Analysis, data: Dataset, given: Given, found: Sequence[Known], seed: int) -> Sequence[Known]:
+def _acting(
+    out: Analysis, data: Dataset, given: Given, found: Sequence[Known], seed: int, banned: Sequence[str]
+) -> Sequence[Known]:
     """What was ``found`` in the load torque and acts on the other channels; a note where the sensor reads right."""
-    probability = of_load_motor(data, given, found, seed)
+    probability = of_load_motor(data, given, found, seed, (*banned, *_shown_here_first([])))
     if probability is None:
         return found
     mark(out.outcomes[LOAD_TORQUE], probability)

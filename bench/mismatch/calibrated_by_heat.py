@@ -15,7 +15,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bench.mismatch import criteria
 from bench.mismatch.power_zeros import Zeros, left_out, measured
+from bench.mismatch.regression.folds import apart
 from bench.mismatch.regression.model import Block, ChannelModel
 from bench.mismatch.regression.nameless_heat import heat_of
 from bench.mismatch.regression.problem import NUISANCE, BaseTerm, ChannelProblem, Untold
@@ -66,10 +68,10 @@ class CalibrationHeat(Untold):
 
 def calibrated(
     heat: ChannelModel, problem: ChannelProblem, zeros: Zeros, models: Mapping[str, ChannelModel]
-) -> tuple[CalibrationHeat, Zeros] | None:
-    """Move the calibration of the motor torque to where the heat says that it is: what it is unsure by then, and the
-    zeros as it leaves them. None, and nothing is moved, where the temperature of training recordings that are left out
-    is not predicted better with that, or where no loss depends on it.
+) -> Zeros | None:
+    """Move the calibration of the motor torque to where the heat says that it is: the zeros as it leaves them. None,
+    and nothing is moved, where no loss depends on it, or where the temperatures of the training recordings, each
+    predicted by a heat balance that is calibrated on the others, are not met better by more than the standard error.
 
     ``heat``: model of the temperature; ``problem``: that of the temperature with the whole loss; ``models`` of the
     torque channels, of which that of the motor torque is changed.
@@ -81,18 +83,18 @@ def calibrated(
         return None
     asked = block.regressor
     assert isinstance(asked, CalibrationHeat)
-    coefficients, covariance = heat.fit.of(block.indices)
-    directions = asked.directions() / per_capacity
+    moves = asked.directions() @ heat.fit.of(block.indices)[0] / per_capacity
     torque = asked.model
-    before, said = (torque.moved, torque.fit), zip(asked.indices, directions @ coefficients, strict=True)
-    torque.moved = {i: torque.moved.get(i, 0.0) + float(move) for i, move in said}
+    before = torque.moved, torque.fit
+    torque.moved = {i: torque.moved.get(i, 0.0) + float(m) for i, m in zip(asked.indices, moves, strict=True)}
     torque.fit = torque.refitted(torque.chosen)
     moved = replace(measured(models), which=zeros.which)
     found = [b for c in heat.chosen for b in c.blocks]
-    if left_out(problem, moved, found).sum() >= left_out(problem, zeros, found).sum():
-        torque.moved, torque.fit = before
-        return None
-    return replace(asked, covariance=directions @ covariance @ directions.T), moved
+    better, error = apart(left_out(problem, zeros, found), left_out(problem, moved, found))
+    if better > criteria.ONE_ERROR * error:
+        return moved
+    torque.moved, torque.fit = before
+    return None
 
 
 def _told(model: ChannelModel) -> list[Block]:

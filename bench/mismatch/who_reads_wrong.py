@@ -31,18 +31,21 @@ from bench.simulation.frame import FloatArray
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE
 
 
-def of_load_motor(data: Dataset, given: Given, found: Sequence[Known], seed: int = 0) -> float | None:
+def of_load_motor(
+    data: Dataset, given: Given, found: Sequence[Known], seed: int = 0, banned: Sequence[str] = ()
+) -> float | None:
     """Probability that the motor torque is explained better with the load torque as it was read than less the errors of
     its sensor among what was ``found`` beside the simulation ``given``, had the points left out been drawn again; None
     where that may be chance, or cannot be asked.
 
     It is asked of the simulation alone, and then beside what each idea finds in the motor torque: where something else
-    is missing there, an error of the sensor may make up for some of it.
+    is missing there, an error of the sensor may make up for some of it. ``banned`` effects are not looked for.
     """
     if not any(k.misread for k in found):
         return None
     first = _better(data, given, as_reported(found), found)
-    return None if first is None else _better(data, given, as_reported(found), found, partial(_searched, seed=seed))
+    searching = partial(_searched, seed=seed)
+    return None if first is None else _better(data, given, as_reported(found), found, searching, banned)
 
 
 def of_shaft(data: Dataset, given: Given, found: Sequence[Known], nameless: Sequence[Known]) -> float | None:
@@ -71,7 +74,12 @@ def _searched(problem: ChannelProblem, seed: int) -> tuple[Sequence[BaseTerm], f
 
 
 def _better(
-    data: Dataset, given: Given, first: Sequence[Known], second: Sequence[Known], effects: Effects = _none
+    data: Dataset,
+    given: Given,
+    first: Sequence[Known],
+    second: Sequence[Known],
+    effects: Effects = _none,
+    banned: Sequence[str] = (),
 ) -> float | None:
     """Probability that the motor torque is explained better with the ``first`` of two ideas of the load torque than
     with the ``second``, beside the simulation ``given`` and ``effects``, had the points left out been drawn again; None
@@ -82,7 +90,7 @@ def _better(
         return None
     before = given.known.get(LOAD_TORQUE, ())
     frames = [corrected(rows.frame, [*before, *idea]) for idea in (first, second)]
-    problems = [problem_of(data, given, MOTOR_TORQUE, replace(rows, frame=frame), ()) for frame in frames]
+    problems = [problem_of(data, given, MOTOR_TORQUE, replace(rows, frame=frame), banned) for frame in frames]
     beside = [effects(problem) for problem in problems]
     problems = [replace(p, base=(*p.base, *terms)) for p, (terms, _) in zip(problems, beside, strict=True)]
     residual = plain_residual(problems[0])

@@ -95,7 +95,7 @@ class Law:
             "orders": list(self.orders),
             "strength": strength,
             "reference": {"start": ref.start, "span": ref.span, "coldest": ref.coldest, "largest": ref.largest},
-        }
+        } | ({"inexact": self.inexact} if self.inexact > 0.0 else {})
 
 
 def from_json(effect: str, row: dict[str, Any]) -> Law:
@@ -113,6 +113,7 @@ def from_json(effect: str, row: dict[str, Any]) -> Law:
             (),
             Reference(**{name: float(value) for name, value in row.get("reference", {}).items()}),
             tuple(strength),
+            float(row.get("inexact", 0.0)),
         )
     except (KeyError, TypeError, ValueError) as error:
         raise ConfigurationError(

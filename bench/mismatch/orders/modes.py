@@ -65,8 +65,8 @@ class Mode:
 
 @dataclass(frozen=True, slots=True)
 class Hill:
-    """A mode from which one is refined, the log-likelihood it gains, and what it gains of that where it has to be
-    ``exact``.
+    """A mode from which one is refined, the log-likelihood it gains, and what it would gain if its excitation were
+    ``exact``ly in proportion to the orders.
     """
 
     law: Law

@@ -186,21 +186,23 @@ class _Search:
         """Orders that stand in the revolutions under a mode beside the known ones, and what these show of all."""
         model, found = self.model, dict(guess)
         speed = states(model.training_revolutions)[:, 1]
-        beside: set[float] = set()
+        stands: dict[float, bool] = {}
 
         def look(at: Collection[float]) -> Seen:
             return seen(self.shown, model.revolutions, y, [*self.known, *sorted(at)])
 
         def answer(order: float) -> Complex:
             # an order that is moved a little to a better place stands as it did
-            if any(abs(order - f) < 1.0 for f in beside):
+            nearest = min(stands, key=lambda f: abs(order - f), default=np.inf)
+            if abs(order - nearest) < 1.0 and stands[nearest]:
                 return np.ones(speed.size, dtype=np.complex128)
             return np.asarray(resonant(law.form, speed * order, law.point))
 
         def in_place(now: Seen) -> Seen:
             assert model.price is not None
-            beside.clear()
-            beside.update(self._beside(now, found, law))
+            beside = self._beside(now, found, law)
+            stands.clear()
+            stands.update({f: f in beside for f in found})
             return settled(look, now, found, Evidence(model.revolutions, model.train, model.price, answer))
 
         now = in_place(look(found))

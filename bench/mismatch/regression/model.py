@@ -10,7 +10,7 @@ import numpy as np
 from bench.mismatch import criteria
 from bench.mismatch.recordings.beginning import at_start, risen
 from bench.mismatch.recordings.rows import Rows
-from bench.mismatch.regression.bank import Bank, Fit, Whitening, fit
+from bench.mismatch.regression.bank import RIDGE, Bank, Fit, Whitening, fit
 from bench.mismatch.regression.calibration import Calibration
 from bench.mismatch.regression.course import added
 from bench.mismatch.regression.excess import levelled
@@ -104,11 +104,23 @@ class ChannelModel:
         return [*self.base, *(b for c in (self.chosen if chosen is None else chosen) for b in c.blocks)]
 
     def refitted(self, chosen: Sequence[Chosen]) -> Fit:
-        """Fit the simulation with some effects, as far as the channel tells them; moved by what another one says."""
-        found = fit_blocks(self.bank, self.blocks(chosen), self.variances)
+        """Fit the simulation with some effects to what the channel tells, moved by what another one says: effects that
+        do not have all columns that were moved follow that as well as they can.
+        """
+        blocks = self.blocks(chosen)
+        found = fit_blocks(self.bank, blocks, self.variances)
         if not self.moved:
             return found
-        return replace(found, coefficients=found.coefficients + [self.moved.get(i, 0.0) for i in found.index])
+        own = list(found.index)
+        missing = [i for i in self.moved if i not in own]
+        moves = np.array([self.moved.get(i, 0.0) for i in own])
+        if missing:
+            gram = self.bank.normal([*own, *missing], found.variance).gram
+            within = gram[: len(own), : len(own)]
+            within = within + np.diag(np.concatenate([b.precision for b in blocks]) + RIDGE * np.diag(within))
+            beyond = gram[: len(own), len(own) :] @ np.array([self.moved[i] for i in missing])
+            moves = moves + np.linalg.solve(within, beyond)
+        return replace(found, coefficients=found.coefficients + moves)
 
     def by_itself(self) -> ChannelModel:
         """The model as its channel alone tells it."""

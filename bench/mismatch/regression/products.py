@@ -76,8 +76,8 @@ def _products(search: Search) -> Iterator[Block]:
             if knots is None:
                 continue
             first = tuple(Grid((name,), grid.times, (knots,)) for grid in free.grids)
-        without = {*kinds, *(("load",) if _BY_THE_LOAD & set(kinds) else ())}
-        for kind in kinds[1:] or [k for k in point if k not in without]:
+        others = kinds[1:] if len(kinds) > 1 else [k for k in point if k not in kinds]
+        for kind in (k for k in others if not (k == "load" and _BY_THE_LOAD & set(kinds))):
             block = _product(search, replace(free, grids=first), point[kind], frame)
             if block is not None:
                 yield block
@@ -105,8 +105,8 @@ def without_parts(chosen: Sequence[Chosen], new: Regressor) -> list[Chosen]:
 
 
 def _function(chosen: Chosen, frame: Frame | None = None) -> Free | None:
-    """The function without a name that an effect is, or that any part of it would be if the name did not say that any
-    function of the output angle is its own; on the rows of a ``frame`` with the knots of one that is searched for.
+    """An effect that is any function of the output angle by definition as a function without a name, and one that has
+    none; on the rows of a ``frame`` with the knots of one that is searched for. None for any other effect.
     """
     regressor = chosen.main.regressor
     term = LIBRARY.get(chosen.effect)

@@ -226,10 +226,10 @@ def _in_its_place(search: Search, doubtful: Chosen) -> list[Chosen]:
     """
     model = search.model
     others = without(model.chosen, doubtful, model.problem.lacking)
-    shape = None if doubtful.shape is None else doubtful.shape.regressor
-    if not isinstance(shape, Free):
+    if doubtful.shape is None:
         return others
-    indices = doubtful.shape.indices if doubtful.shape is not None else ()
+    shape, indices = doubtful.shape.regressor, doubtful.shape.indices
+    assert isinstance(shape, Free)
     if not differs_from_zero(model.fit.of(indices)[0], model.covariance(indices)):
         return others
     over = {name for grid in shape.grids for name in grid.over}

@@ -61,17 +61,30 @@ def test_the_heat_moves_the_calibration_to_where_it_is() -> None:
     asked = CalibrationHeat.of(torque)
     less = replace(rows, frame=levels.less(rows.frame))
     heat = begun(replace(problem(less), base=(*problem(less).base, asked.term(CAPACITY)))).model
-    found = calibrated(heat, problem(rows), levels, models)
-    assert found is not None
-    unsure, moved = found
+    moved = calibrated(heat, problem(rows), levels, models)
+    assert moved is not None
     # the heat tells how the friction is divided; all of it may as well be another heat capacity
     off = abs(before - BY_LOAD / COULOMB), abs(growth(torque) - BY_LOAD / COULOMB)
     assert off[1] < 0.2 * off[0]
     assert left_out(problem(rows), moved, ()).sum() < left_out(problem(rows), levels, ()).sum()
-    assert np.all(np.diag(unsure.covariance) < np.diag(asked.covariance))
     # what the torque alone says is kept: its residual is tested on that
     assert np.array_equal(torque.by_itself().fit.coefficients, own.coefficients)
     assert torque.refitted([]).coefficients == pytest.approx(torque.fit.coefficients)
+
+
+def test_a_model_without_some_of_what_was_moved_follows_the_moved_prediction() -> None:
+    """Coulomb friction alone, of two laws that were moved against each other."""
+    rows = recorded()
+    torque = calibrated_torque(rows)
+    coulomb, by_load = torque.base
+    moves = np.array([0.2, -0.3])
+    columns = np.hstack([b.regressor.columns(rows.frame) for b in torque.base])
+    torque.moved = dict(zip([*coulomb.indices, *by_load.indices], moves.tolist(), strict=True))
+    own = replace(torque.problem.rows, y=torque.problem.rows.y + columns @ moves)
+    other = begun(replace(torque.problem, rows=own)).model
+    expected = replace(other, base=[other.base[0]]).refitted([]).coefficients
+    assert replace(torque, base=[coulomb]).refitted([]).coefficients == pytest.approx(expected, rel=1e-4)
+    assert replace(torque, moved={}, base=[coulomb]).refitted([]).coefficients != pytest.approx(expected, rel=1e-2)
 
 
 def test_heat_that_says_nothing_moves_nothing() -> None:

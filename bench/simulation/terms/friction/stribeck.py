@@ -13,7 +13,7 @@ SEEN = 3.0
 RATES = (-0.06, -0.02, 0.02, 0.06)
 """1/K by which viscosities of oils and greases fall; a film that breaks down as it warms goes the other way"""
 EXPONENTS = (0.8, 1.7)
-"""between Bo and Pavelescu (0.5 to 1), Tustin (1) and Gauss (2), to which the refinement may go"""
+"""to begin with, between the curves of Bo and Pavelescu (0.5 to 1), Tustin (1) and Gauss (2)"""
 
 
 def _grid(frame: Frame) -> tuple[Point, ...]:

@@ -31,8 +31,8 @@ def _logarithmic(frame: Frame, point: Point) -> FloatArray:
 
 
 def _steps(frame: Frame) -> tuple[Point, ...]:
-    # a step has no slope by which its moment is refined: it stands in the very gap between two recordings, or at one
-    # of a few even moments where these are long
+    # a step has no slope by which its moment is refined: it stands in the very gap between two recordings, or at even
+    # moments inside of a long one, and anywhere where there are few gaps
     span = float(np.ptp(frame.time)) or 1.0
     even = span * np.linspace(0.08, 0.92, EVEN)
     starts = recording_starts(frame)[1:-1]
@@ -40,7 +40,11 @@ def _steps(frame: Frame) -> tuple[Point, ...]:
     between = 0.5 * (before + after)[after > before]
     if between.size > MOST_GAPS:
         between = between[np.unique(np.round(np.linspace(0, between.size - 1, MOST_GAPS)).astype(int))]
-    return tuple((float(moment),) for moment in (between if between.size >= EVEN else np.sort([*even, *between])))
+    if between.size >= EVEN:
+        first, last = frame.time[recording_starts(frame)[:-1]], frame.time[recording_starts(frame)[1:] - 1]
+        long = last - first > span / EVEN
+        even = even[[bool(np.any(long & (first < moment) & (moment < last))) for moment in even]]
+    return tuple((float(moment),) for moment in np.sort([*even, *between]))
 
 
 def _loosening(frame: Frame, point: Point) -> FloatArray:
