@@ -56,8 +56,7 @@ class Reference:
 @dataclass(frozen=True, slots=True)
 class Law:
     """A law the known orders follow: its effect, form, nonlinear parameters, gain of log-likelihood, the orders it
-    touches, and the strength ε of each order in ``series`` (0 where it does not touch one). ``inexact``: standard
-    deviation, over an order's size, by which what excites a resonance that was found departs from the order.
+    touches, and the strength ε of each order in ``series`` (0 where it does not touch one).
     """
 
     effect: str
@@ -69,7 +68,6 @@ class Law:
     variables: tuple[str, ...] = ()
     reference: Reference = Reference()
     series: tuple[float, ...] = ()
-    inexact: float = 0.0
 
     def equation(self) -> str:
         """g of a law that is no resonance, with its nonlinear parameters g_1, g_2."""
@@ -95,7 +93,7 @@ class Law:
             "orders": list(self.orders),
             "strength": strength,
             "reference": {"start": ref.start, "span": ref.span, "coldest": ref.coldest, "largest": ref.largest},
-        } | ({"inexact": self.inexact} if self.inexact > 0.0 else {})
+        }
 
 
 def from_json(effect: str, row: dict[str, Any]) -> Law:
@@ -113,7 +111,6 @@ def from_json(effect: str, row: dict[str, Any]) -> Law:
             (),
             Reference(**{name: float(value) for name, value in row.get("reference", {}).items()}),
             tuple(strength),
-            float(row.get("inexact", 0.0)),
         )
     except (KeyError, TypeError, ValueError) as error:
         raise ConfigurationError(

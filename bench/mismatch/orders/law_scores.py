@@ -11,8 +11,8 @@ from scipy.linalg import solve_triangular
 
 from bench.mismatch import criteria
 from bench.mismatch.orders.between import is_between
-from bench.mismatch.orders.model import TransmissionModel, before_response
-from bench.mismatch.orders.revolutions import Complex, directions, doubted, passed, states
+from bench.mismatch.orders.model import TransmissionModel
+from bench.mismatch.orders.revolutions import Complex, directions, passed, states
 from bench.mismatch.orders.series import RELATIVE_NOISE, Series
 from bench.simulation.frame import FloatArray
 from bench.simulation.laws import EACH, MODES, RESONANCE, Law, Reference, value
@@ -73,9 +73,8 @@ def amplitudes(model: TransmissionModel) -> Amplitudes | None:
     sigma = np.sqrt(sigma**2 + (RELATIVE_NOISE * np.sqrt(np.mean(np.abs(vectors) ** 2, axis=0))) ** 2)
     x = states(revolutions)
     time = np.array([t.time for t in revolutions])
-    laws = model.periodic.laws
-    by, doubt = passed(laws, revolutions, series.orders), doubted(laws, revolutions, series.orders)
-    vectors, sigma = before_response(vectors, sigma, by, doubt)
+    by = passed(model.periodic.laws, revolutions, series.orders)
+    vectors, sigma = vectors / by, sigma / np.abs(by)
     return Amplitudes(vectors, sigma, x, directions(revolutions), time, series.orders, series, Reference.of(x, time))
 
 

@@ -85,16 +85,14 @@ def search(model: TransmissionModel, seed: int) -> FoundLaw | None:
     # the scan's tangent is that of a weak mode: the vectors are asked themselves, and the mode refined, before it is
     # compared with what follows the speed anyhow
     if RESONANCE in gain_of:
-        hills = modes.begun(data)
-        if max(gain_of[RESONANCE], hills[0].gain) > 0.5 * gains[best]:
-            mode = modes.likeliest(model, data, hills)
+        begin, gain = modes.begun(data)
+        if max(gain_of[RESONANCE], gain) > 0.5 * gains[best]:
+            mode = modes.refined(model, data, begin)
             gain_of[RESONANCE], each[RESONANCE] = mode.gain, mode.each
         # beside a mode that was found, what its numbers leave is none with strengths as they please
         if model.periodic is not None and all(law.effect != RESONANCE for law in model.periodic.laws):
             moved = modes.of_each(data)
-        # strengths as they please say exactly what the orders have: so does what they are compared with
-        common = max(*(hill.exact for hill in hills), gain_of[RESONANCE])
-        if moved is not None and moved.gain > common + criteria.RICHER:
+        if moved is not None and moved.gain > max(gain, gain_of[RESONANCE]) + criteria.RICHER:
             swung = _swung(model, data, moved)
             if swung is not None:
                 gain_of[RESONANCE], each[RESONANCE] = moved.gain, moved.each

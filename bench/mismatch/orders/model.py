@@ -24,7 +24,6 @@ from bench.mismatch.orders.revolutions import (
     Complex,
     Revolution,
     Seen,
-    doubted,
     found_in,
     looks,
     passed,
@@ -365,8 +364,7 @@ def calibrate_all(model: TransmissionModel, now: Seen, known: Sequence[float], f
     alone = tuple(w for w in weak if w.order not in polynomial)
 
     def under(laws: tuple[Law, ...], waves: tuple[WeakOrder, ...]) -> Periodic:
-        by, doubt = passed(laws, revolutions, polynomial), doubted(laws, revolutions, polynomial)
-        series = calibrated_by(model, vectors, noise, polynomial, by, doubt)
+        series = calibrated_by(model, vectors, noise, polynomial, passed(laws, revolutions, polynomial))
         return with_parts(model, Periodic(series, waves, laws=laws))
 
     model.periodic = under((*model.given.laws, *model.laws), alone)
@@ -391,32 +389,13 @@ def _bent(
 
 
 def calibrated_by(
-    model: TransmissionModel,
-    vectors: Complex,
-    noise: FloatArray,
-    orders: Sequence[float],
-    by: Complex,
-    doubt: FloatArray | None = None,
+    model: TransmissionModel, vectors: Complex, noise: FloatArray, orders: Sequence[float], by: Complex
 ) -> Series:
     """The series of ``vectors`` (revolutions, orders) of the training revolutions whose components have ``noise``,
-    before something multiplies them ``by`` a response (revolutions, orders), from which they may depart by a ``doubt``
-    over their size: no polynomial should follow that.
+    before something multiplies them ``by`` a response (revolutions, orders).
     """
     given = {*model.given.orders, *model.given.notch}
-    before, sigma = before_response(vectors, noise, by, doubt)
-    return calibrate(model.training_revolutions, before, sigma, orders, model.parts, given)
-
-
-def before_response(
-    vectors: Complex, noise: FloatArray, by: Complex, doubt: FloatArray | None
-) -> tuple[Complex, FloatArray]:
-    """Vectors (revolutions, orders) and the noise of their components before something multiplied them ``by`` a
-    response, from which they may depart by a ``doubt`` over their size.
-    """
-    before, sigma = vectors / by, noise / np.abs(by)
-    if doubt is not None:
-        sigma = np.hypot(sigma, doubt * np.median(np.abs(before), axis=0) / np.abs(by))
-    return before, np.asarray(sigma)
+    return calibrate(model.training_revolutions, vectors / by, noise / np.abs(by), orders, model.parts, given)
 
 
 def with_parts(model: TransmissionModel, periodic: Periodic) -> Periodic:

@@ -22,26 +22,17 @@ from bench.mismatch.orders.model import TransmissionModel, calibrated_by
 from bench.mismatch.orders.revolutions import Complex
 from bench.mismatch.orders.series import FIRST_PRIOR, Series
 from bench.simulation.frame import FloatArray
-from bench.simulation.laws import EACH, MODES, RESONANCE, Law, resonant
+from bench.simulation.laws import EACH, RESONANCE, Law, resonant
 
 PARTICIPATIONS = (0.08, 0.25, 0.75)
 """that are tried of each mode"""
-STEPS = np.array([0.04, 0.3, 0.3, 0.7])
-"""of the logarithms of natural frequency, damping, participation and inexactness, with which they are refined"""
-EVALUATIONS = 100
-INEXACT = 0.03
-"""standard deviation, over an order's own size, by which what excites a mode departs from what the encoders see of the
-order, as it is tried first: a mode is excited at its own place, by loads that change a little otherwise with the state.
-The likeliest is taken
-"""
-LEAST_INEXACT = 1e-3
-"""the same below which it is nothing beside :data:`RELATIVE_NOISE`"""
+STEPS = np.array([0.04, 0.3, 0.3])
+"""of the logarithms of natural frequency, damping and participation, with which they are refined"""
+EVALUATIONS = 70
 DAMPED = (0.004, 0.8)
 """damping ratios between which a mode is sought"""
 SWINGS = 3.0
 """time constants of a mode in a revolution at the usual speed: a twentieth of its swing is left after three"""
-ONE_HILL = 0.2
-"""difference of the logarithms of any number from which two modes that were begun are refined apart"""
 _FREE = 10.0
 """spread of an order's mean vector, in units of its size"""
 _SPREAD = np.append(np.sqrt(0.5 * (1.0 + 1.5**2)) * FIRST_PRIOR, _FREE)
@@ -63,39 +54,24 @@ class Mode:
     each: FloatArray
 
 
-@dataclass(frozen=True, slots=True)
-class Hill:
-    """A mode from which one is refined, the log-likelihood it gains, and what it would gain if its excitation were
-    ``exact``ly in proportion to the orders.
+def begun(data: Amplitudes) -> tuple[Law, float]:
+    """The mode under which the vectors are most of all polynomials of the state, strong or weak, and the log-likelihood
+    it gains.
     """
-
-    law: Law
-    gain: float
-    exact: float
-
-
-def begun(data: Amplitudes) -> list[Hill]:
-    """The modes under which the vectors are most of all polynomials of the state, strong and weak, the best first.
-
-    What a strong mode and a weak one make of the orders is alike but near the resonance: which it is only the
-    polynomials' own spread tells (:func:`refined`).
-    """
-    plain = _smoothness(data, np.ones_like(data.vectors), 0.0)
+    plain = _smoothness(data, np.ones_like(data.vectors))
     clipped = Bounds.of(data).clipped
 
-    def gain(form: str, point: Sequence[float], inexact: float = INEXACT) -> float:
-        left = _smoothness(data, resonant(form, data.frequency, tuple(point)), inexact)
+    def gain(form: str, point: Sequence[float]) -> float:
+        left = _smoothness(data, resonant(form, data.frequency, tuple(point)))
         return float(np.sum(np.maximum(left - plain, criteria.SPOILED))) - unusual(point[1])
 
-    def polished(law: Law) -> Hill:
+    def polished(law: Law) -> tuple[Law, float]:
         """The law between the points of the grid."""
-        first = np.log([*law.point, INEXACT])
-        found = lowest(lambda z: -gain(law.form, clipped(z[:3]), inexactness(z)), first, STEPS, EVALUATIONS)
-        point = clipped(found[:3])
-        gains = (gain(law.form, point, inexact) for inexact in (inexactness(found), 0.0))
-        return Hill(replace(law, point=point), *gains)
+        found = lowest(lambda z: -gain(law.form, clipped(z)), np.log(law.point), STEPS, EVALUATIONS)
+        point = clipped(found)
+        return replace(law, point=point), gain(law.form, point)
 
-    out: list[Hill] = []
+    out: dict[str, tuple[Law, float]] = {}
     # a strong mode has hills beside it: from the best of each participation
     for participation in PARTICIPATIONS:
         best: dict[str, tuple[Law, float]] = {}
@@ -104,19 +80,11 @@ def begun(data: Amplitudes) -> list[Hill]:
             gained = gain(varied.form, varied.point)
             if varied.form not in best or gained > best[varied.form][1]:
                 best[varied.form] = varied, gained
-        out.append(max((polished(law) for law, _ in best.values()), key=lambda hill: hill.gain))
-    hills: list[Hill] = []
-    for hill in sorted(out, key=lambda hill: -hill.gain):
-        if all(np.max(np.abs(np.log(hill.law.point) - np.log(h.law.point))) > ONE_HILL for h in hills):
-            hills.append(hill)
-    return hills
-
-
-def likeliest(model: TransmissionModel, data: Amplitudes, hills: Sequence[Hill]) -> Mode:
-    """The best of the modes that the ``hills`` of :func:`begun` are refined to, moved by a force or by the base."""
-    best = max((refined(model, data, hill.law) for hill in hills), key=lambda mode: mode.gain)
-    others = [replace(best.law, form=form, orders=data.orders) for form in MODES if form != best.law.form]
-    return max([best, *(refined(model, data, law) for law in others)], key=lambda mode: mode.gain)
+        for form, (law, _) in best.items():
+            finer = polished(law)
+            if form not in out or finer[1] > out[form][1]:
+                out[form] = finer
+    return max(out.values(), key=lambda varied: varied[1])
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,14 +113,9 @@ class Bounds:
         return w, float(np.clip(damping, least, DAMPED[1])), float(np.clip(p, 0.005, 1.5))
 
 
-def inexactness(logarithms: FloatArray) -> float:
-    """The last of some logarithms, by what the excitation of a mode departs from an order's size."""
-    return float(np.clip(np.exp(logarithms[-1]), LEAST_INEXACT, criteria.SHAPE))
-
-
-def _smoothness(data: Amplitudes, answer: Complex, inexact: float) -> FloatArray:
+def _smoothness(data: Amplitudes, answer: Complex) -> FloatArray:
     """Log marginal likelihood (orders,) of the vectors if they are polynomials that have passed ``answer``
-    (revolutions, orders), each direction with its own, whose excitation is ``inexact`` by so much of their size.
+    (revolutions, orders), each direction with its own.
     """
     size = np.abs(answer)
     before = data.vectors / answer
@@ -162,7 +125,6 @@ def _smoothness(data: Amplitudes, answer: Complex, inexact: float) -> FloatArray
         basis = scaling.monomials(data.x[on_side]) * _SPREAD
         level = np.median(np.abs(before[on_side]), axis=0)
         noise = (data.sigma[on_side] / size[on_side]) ** 2
-        noise += (inexact * level * np.abs(answer[on_side] - 1.0) / size[on_side]) ** 2
         covariance = (level**2)[:, None, None] * (basis @ basis.T)[None]
         covariance[:, np.arange(len(basis)), np.arange(len(basis))] += noise.T
         lower = np.linalg.cholesky(covariance)
@@ -176,12 +138,11 @@ def _smoothness(data: Amplitudes, answer: Complex, inexact: float) -> FloatArray
 @dataclass(frozen=True, slots=True)
 class _Freedom:
     """By what an order's polynomials may move its vectors: covariance (2*revolutions, 2*revolutions) and ``centre``
-    (revolutions,); ``size`` of the order.
+    (revolutions,).
     """
 
     covariance: FloatArray
     centre: Complex
-    size: float
 
     @classmethod
     def of(cls, data: Amplitudes) -> list[_Freedom]:
@@ -189,28 +150,21 @@ class _Freedom:
         out = []
         for k in range(len(data.orders)):
             columns, centre = tangent(data, k)
-            size = float(np.median(np.abs(data.series.vectors(data.x, data.direction)[:, k])))
-            out.append(cls(columns @ columns.T, centre, size))
+            out.append(cls(columns @ columns.T, centre))
         return out
 
-    def loss(self, vectors: Complex, sigma: FloatArray, answer: Complex, inexact: float) -> float:
-        """Negative log marginal likelihood of the order's ``vectors`` if they have passed ``answer`` (revolutions,),
-        whose excitation is ``inexact``.
-        """
-        doubt = inexact * self.size * np.abs(answer - 1.0)
-        variance = np.tile((sigma**2 + doubt**2) / np.abs(answer) ** 2, 2)
+    def loss(self, vectors: Complex, sigma: FloatArray, answer: Complex) -> float:
+        """Negative log marginal likelihood of the order's ``vectors`` if they have passed ``answer`` (revolutions,)."""
+        variance = np.concatenate([sigma / np.abs(answer)] * 2) ** 2
         lower = np.linalg.cholesky(self.covariance + np.diag(variance))
         z = solve_triangular(lower, stacked(vectors / answer - self.centre), lower=True)
         squares = 0.5 * (z.size + 2.0 * PRIOR_REVOLUTIONS) * np.log(float(z @ z) + 2.0 * PRIOR_REVOLUTIONS)
         return float(squares + np.sum(np.log(np.diag(lower))) + 2.0 * np.sum(np.log(np.abs(answer))))
 
 
-def _losses(
-    data: Amplitudes, freedom: Sequence[_Freedom], form: str, point: Sequence[float], inexact: float
-) -> FloatArray:
+def _losses(data: Amplitudes, freedom: Sequence[_Freedom], form: str, point: Sequence[float]) -> FloatArray:
     answer = resonant(form, data.frequency, tuple(point))
-    every = enumerate(freedom)
-    return np.array([f.loss(data.vectors[:, k], data.sigma[:, k], answer[:, k], inexact) for k, f in every])
+    return np.array([f.loss(data.vectors[:, k], data.sigma[:, k], answer[:, k]) for k, f in enumerate(freedom)])
 
 
 def refined(
@@ -220,35 +174,34 @@ def refined(
 
     ``beside``: log-likelihood that orders beside the series gain under a mode.
     """
-    point = np.log([*begin.point, INEXACT])
+    point = np.log(begin.point)
     clipped = Bounds.of(data).clipped
 
     def under(point: FloatArray, touched: NDArray[np.bool_]) -> Amplitudes:
-        answer = np.where(touched[None, :], resonant(begin.form, data.frequency, clipped(point[:3])), 1.0)
-        doubt = inexactness(point) * np.abs(answer - 1.0)
-        return replace(data, series=calibrated_by(model, data.vectors, data.sigma, data.orders, answer, doubt))
+        answer = np.where(touched[None, :], resonant(begin.form, data.frequency, clipped(point)), 1.0)
+        return replace(data, series=calibrated_by(model, data.vectors, data.sigma, data.orders, answer))
 
-    plain = _losses(data, _Freedom.of(data), begin.form, _NOTHING, 0.0)
+    plain = _losses(data, _Freedom.of(data), begin.form, _NOTHING)
     touched = np.ones(len(data.orders), dtype=bool)
     now = under(point, touched)
     for _ in range(2):
         freedom = _Freedom.of(now)
 
         def total(z: FloatArray, freedom: list[_Freedom] = freedom) -> float:
-            at = clipped(z[:3])
-            gains = plain - _losses(data, freedom, begin.form, at, inexactness(z))
+            at = clipped(z)
+            gains = plain - _losses(data, freedom, begin.form, at)
             more = beside(replace(begin, point=at))
             return float(-np.sum(np.maximum(gains, criteria.SPOILED))) + unusual(at[1]) - more
 
         point = lowest(total, point, STEPS, EVALUATIONS)
-        each = plain - _losses(data, freedom, begin.form, clipped(point[:3]), inexactness(point))
+        each = plain - _losses(data, freedom, begin.form, clipped(point))
         touched = each > criteria.SPOILED
         now = under(point, touched)
-    at = clipped(point[:3])
-    net = -total(point) - 2.0 * float(np.log(2.0 * len(data.time)))
+    at = clipped(point)
+    net = -total(point) - 1.5 * float(np.log(2.0 * len(data.time)))
     orders = tuple(f for f, t in zip(data.orders, touched, strict=True) if t)
-    law = replace(begin, point=at, orders=orders, inexact=inexactness(point))
-    std = tuple(s * v for s, v in zip(_curvature(lambda z: total(np.append(z, point[3])), point[:3]), at, strict=True))
+    law = replace(begin, point=at, orders=orders)
+    std = tuple(s * v for s, v in zip(_curvature(total, point), at, strict=True))
     return Mode(law, std, now.series, net, np.maximum(each, criteria.SPOILED))
 
 

@@ -112,16 +112,6 @@ def passed(laws: Sequence[Law], revolutions: Sequence[Revolution], orders: Seque
     return out
 
 
-def doubted(laws: Sequence[Law], revolutions: Sequence[Revolution], orders: Sequence[float]) -> FloatArray:
-    """By what the vectors of ``orders`` in the revolutions may depart from some laws, over their size before these
-    (revolutions, k), standard deviation: what excites a mode is not just what the encoders see.
-    """
-    out = np.zeros((len(revolutions), len(orders)))
-    for law in (law for law in laws if law.inexact > 0.0):
-        out += (law.inexact * np.abs(passed([law], revolutions, orders) - 1.0)) ** 2
-    return np.asarray(np.sqrt(out))
-
-
 def directions(revolutions: Sequence[Revolution]) -> FloatArray:
     """Direction of motion of the revolutions (revolutions,)."""
     return np.array([t.direction for t in revolutions])

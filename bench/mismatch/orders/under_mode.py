@@ -3,8 +3,7 @@
 A mode makes a weak order large at the one speed that excites it and leaves it small at all others: it is no order of
 one vector, and what it leaves leaks into orders that are none. So the orders are looked for once more, from
 the simulation's own on, with the response of the mode in what each would draw. Then the mode is fitted again: an order
-of the simulation may vary with the speed by its polynomials, an order that was found has one vector. An order that was
-found need not pass the mode: what does not move the mass, such as what an encoder misreads, stands beside it.
+of the simulation may vary with the speed by its polynomials, an order that was found has one vector.
 """
 
 from __future__ import annotations
@@ -125,12 +124,8 @@ def passes(model: TransmissionModel, stage: Stage, order: float) -> bool:
     assert model.seen is not None
     vectors = model.seen.vectors[model.train, model.seen.orders.index(order)][:, None] / stage.scale[:, None]
     law, at = model.laws[0], np.array([order])
-    return bool(_gains(stage, vectors, at, law)[0][0] > _gains(stage, vectors, at, _without(law))[0][0])
-
-
-def _without(law: Law) -> Law:
-    """A mode that moves nothing."""
-    return replace(law, point=(*law.point[:2], 0.0), inexact=0.0)
+    beside = replace(law, point=(*law.point[:2], 0.0))
+    return bool(_gains(stage, vectors, at, law)[0][0] > _gains(stage, vectors, at, beside)[0][0])
 
 
 def _left(model: TransmissionModel, y: FloatArray, periodic: Periodic) -> float:
@@ -175,8 +170,7 @@ class _Search:
         without, mode = model.periodic, self._mode(now, orders, law)
         if mode is None or without is None:
             return None
-        beside = self._beside(now, orders, mode.law)
-        every = tuple(f for f in now.orders if f not in model.given.notch and f not in beside)
+        every = tuple(f for f in now.orders if f not in model.given.notch)
         none = np.zeros(len(every), dtype=np.complex128)
         model.laws = (replace(mode.law, orders=every, series=every, strength=none),)
         calibrate_all(model, now, known, orders)
@@ -186,23 +180,15 @@ class _Search:
         """Orders that stand in the revolutions under a mode beside the known ones, and what these show of all."""
         model, found = self.model, dict(guess)
         speed = states(model.training_revolutions)[:, 1]
-        stands: dict[float, bool] = {}
 
         def look(at: Collection[float]) -> Seen:
             return seen(self.shown, model.revolutions, y, [*self.known, *sorted(at)])
 
         def answer(order: float) -> Complex:
-            # an order that is moved a little to a better place stands as it did
-            nearest = min(stands, key=lambda f: abs(order - f), default=np.inf)
-            if abs(order - nearest) < 1.0 and stands[nearest]:
-                return np.ones(speed.size, dtype=np.complex128)
             return np.asarray(resonant(law.form, speed * order, law.point))
 
         def in_place(now: Seen) -> Seen:
             assert model.price is not None
-            beside = self._beside(now, found, law)
-            stands.clear()
-            stands.update({f: f in beside for f in found})
             return settled(look, now, found, Evidence(model.revolutions, model.train, model.price, answer))
 
         now = in_place(look(found))
@@ -237,29 +223,13 @@ class _Search:
             data, vectors=data.vectors[:, kept], sigma=data.sigma[:, kept], orders=series.orders, series=series
         )
         weak = np.array(sorted(orders))
-        vectors = self._vectors(now, stage, weak)
-        alone = _gains(stage, vectors, weak, _without(law))[0] - criteria.RICHER
+        vectors = now.vectors[model.train][:, [now.orders.index(f) for f in weak]] / stage.scale[:, None]
 
         def beside(tried: Law) -> float:
-            return float(np.sum(np.maximum(_gains(stage, vectors, weak, tried)[0], alone)))
+            return float(np.sum(_gains(stage, vectors, weak, tried)[0]))
 
         found = [modes.refined(model, data, replace(law, form=form, orders=data.orders), beside) for form in MODES]
         return max(found, key=lambda m: m.gain)
-
-    def _beside(self, now: Seen, orders: Collection[float], law: Law) -> list[float]:
-        """Which of some found orders clearly stand beside a mode and have not passed it."""
-        stage = Stage.of(now, self.model.revolutions, self.model.train)
-        weak = np.array(sorted(orders))
-        if stage is None or not weak.size:
-            return []
-        vectors = self._vectors(now, stage, weak)
-        under, alone = (_gains(stage, vectors, weak, of)[0] for of in (law, _without(law)))
-        return [float(f) for f in weak[alone > under + criteria.RICHER]]
-
-    def _vectors(self, now: Seen, stage: Stage, orders: FloatArray) -> Complex:
-        """Vectors (revolutions, k) of some orders that were fitted, over the revolutions' scale."""
-        columns = [now.orders.index(f) for f in orders]
-        return np.asarray(now.vectors[self.model.train][:, columns] / stage.scale[:, None])
 
 
 def _apart(lines: Sequence[WeakOrder]) -> list[WeakOrder]:
@@ -284,9 +254,6 @@ def _significant(
     mode; of neighbours the strongest, strongest first.
     """
     best, which, held = _gains(stage, vectors, orders, law)
-    alone, its, its_held = _gains(stage, vectors, orders, _without(law))
-    beside = alone > best + criteria.RICHER
-    best, which, held = (np.where(beside, a, b) for a, b in ((alone, best), (its, which), (its_held, held)))
     usable = (held > criteria.LEAST_POWER * floor**2) & (orders >= 1.0)
     for f in fitted:
         usable &= np.abs(orders - f) > 0.5 / PARTS

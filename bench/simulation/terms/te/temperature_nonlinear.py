@@ -18,12 +18,6 @@ def _exponential(frame: Frame, point: Point) -> FloatArray:
     return columns(rise, frame.last_direction * rise)
 
 
-STEP = 0.005
-"""width of a step, over the range of the temperature: less than what a stage of a campaign drifts by"""
-STEPS = 13
-"""gaps between temperatures in which a step is looked for"""
-
-
 def _growing(frame: Frame, point: Point) -> FloatArray:
     rise = np.exp((frame.temperature - 45.0) / point[0])
     return columns(rise, frame.last_direction * rise)
@@ -37,17 +31,12 @@ def _cubic(frame: Frame, _: Point) -> FloatArray:
 def _transitions(frame: Frame) -> tuple[Point, ...]:
     low, high = np.percentile(frame.temperature, [2, 98])
     span = float(high - low) or 10.0
-    # the sharper a change, the closer its place has to be to be seen; the sharpest is a step in one of the largest gaps
-    # between temperatures, as between two stages of a warm-up: a wider one moves the rows at both sides
-    met = np.sort(frame.temperature[(frame.temperature >= low) & (frame.temperature <= high)])
-    gaps = np.argsort(-np.diff(met), kind="stable")[:STEPS]
-    return (
-        *((float(place), STEP * span) for place in np.sort(0.5 * (met[gaps] + met[gaps + 1]))),
-        *(
-            (float(low + share * span), float(width * span))
-            for width, number in ((0.05, 13), (0.12, 7), (0.3, 5))
-            for share in np.linspace(0.1, 0.9, number)
-        ),
+    # the sharper a change, the closer its place has to be to be seen; the sharpest is a step, which stands in the gap
+    # between two stages of a warm-up: a wider one moves the rows at both sides of it
+    return tuple(
+        (float(low + share * span), float(width * span))
+        for width, number in ((0.005, 13), (0.05, 13), (0.12, 7), (0.3, 5))
+        for share in np.linspace(0.1, 0.9, number)
     )
 
 

@@ -8,8 +8,8 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from bench.mismatch.orders.revolutions import Complex, Revolution, Seen, directions, states
-from bench.mismatch.orders.under_mode import _Search, _significant, hides, passes
+from bench.mismatch.orders.revolutions import Complex, Revolution, directions, states
+from bench.mismatch.orders.under_mode import _significant, hides, passes
 from bench.mismatch.orders.weak import Stage
 from bench.simulation.frame import FloatArray
 from bench.simulation.laws import RESONANCE, Law, resonant
@@ -72,23 +72,6 @@ def test_an_encoder_s_order_does_not_pass_the_mode(through: bool) -> None:
         laws=(LAW,),
     )
     assert passes(model, own, 185.0) is through
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_orders_that_do_not_move_the_mass_stand_beside_the_mode(seed: int) -> None:
-    orders = np.array(WEAK)
-    columns = orders.astype(int)
-    through, beside = stage(seed).vectors, stage(seed, False).vectors
-    vectors = np.where(np.isin(orders, (36.0, 111.0, 185.0)), beside[:, columns], through[:, columns])
-    shape = (len(TURNS), HIGHEST + 1)
-    now = Seen(WEAK, vectors, np.zeros(shape, complex), np.full(shape, NOISE), np.full(len(TURNS), NOISE), ())
-    model: Any = SimpleNamespace(revolutions=TURNS, train=np.ones(len(TURNS), dtype=bool))
-    assert _Search(model, ())._beside(now, WEAK, LAW) == [36.0, 111.0, 185.0]
-
-
-@pytest.mark.parametrize("through", [True, False])
-def test_an_order_is_found_under_a_mode_and_beside_it(through: bool) -> None:
-    assert sorted(found(stage(3, through), LAW)) == sorted(WEAK)
 
 
 @pytest.mark.parametrize(("weak", "size", "hidden"), [(1, 1e-9, True), (0, 1e-9, False), (0, 1e-4, True)])
