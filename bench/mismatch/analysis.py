@@ -196,19 +196,12 @@ def _beside_orders(out: Analysis, data: Dataset, given: Given, problem: ChannelP
     return searched(replace(problem, rows=replace(problem.rows, y=problem.rows.y - waves)), seed)
 
 
-def _outcome_of(
-    out: Analysis, data: Dataset, given: Given, search: Search, formulas: bool, seed: int
-) -> ChannelOutcome:
-    """The outcome of a search of a torque or of the temperature, whose effects are settled here, with what is left of
-    that channel.
-    """
-    return _outcome(out, data, given, search, slots_of(search, data, formulas), seed)
-
-
 def _outcome(
     out: Analysis, data: Dataset, given: Given, search: Search, slots: Sequence[Slot], seed: int
 ) -> ChannelOutcome:
-    """The same where the effects were settled before (``slots``)."""
+    """The outcome of a search of a torque or of the temperature, whose effects were settled (``slots``), with what is
+    left of that channel.
+    """
     channel = search.model.channel
     reaction = out.reaction if channel == MOTOR_TORQUE else None
     outcome = of_search(search, slots, data)
@@ -276,7 +269,7 @@ def _holds_with(
     if heat is not None:
         out.searches[TEMPERATURE], out.outcomes[TEMPERATURE] = (
             heat,
-            _outcome_of(out, data, given, heat, formulas, seed),
+            _outcome(out, data, given, heat, slots_of(heat, data, formulas), seed),
         )
     out.outcomes[MOTOR_TORQUE] = outcome
     return True
@@ -351,7 +344,7 @@ def _heat(out: Analysis, data: Dataset, given: Given, rows: Rows, seed: int, ban
         return searched(problem_of(data, given, TEMPERATURE, less, banned, nuisances), seed)
 
     out.zeros = zeros_chosen(models, problem)
-    unsure = CalibrationHeat.of(models[MOTOR_TORQUE]) if MOTOR_TORQUE in models else None
+    unsure = CalibrationHeat(models[MOTOR_TORQUE]) if MOTOR_TORQUE in models else None
     first = search()
     found = [block for chosen in first.model.chosen if chosen.effect != UNKNOWN for block in chosen.blocks]
     again = zeros_chosen(models, problem, found) if found else out.zeros

@@ -10,16 +10,17 @@ is what they are moved to (a Kalman update, of which the heat balance is the sec
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.power_zeros import Zeros, left_out, measured
+from bench.mismatch.regression.excess import levelled
 from bench.mismatch.regression.folds import apart
 from bench.mismatch.regression.model import Block, ChannelModel
-from bench.mismatch.regression.nameless_heat import heat_of
+from bench.mismatch.regression.nameless_heat import deviations, heat_of
 from bench.mismatch.regression.problem import NUISANCE, BaseTerm, ChannelProblem, Untold
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.heat_rates import HEATING
@@ -27,43 +28,34 @@ from bench.simulation.heat_rates import HEATING
 
 @dataclass(frozen=True, slots=True)
 class CalibrationHeat(Untold):
-    """Power of what the calibrated motor torque is unsure by in the mean of each recording, integrated over it.
-
-    ``covariance`` (k, k) of the coefficients of the columns ``indices`` of the ``model``.
-    """
+    """Power of what the calibrated motor torque is unsure by in the mean of each recording, integrated over it."""
 
     model: ChannelModel
-    covariance: FloatArray
     words: str = "heat of what the calibration of the motor torque is unsure by"
     equation: str = "dT/dt += dtau_m*w_m/C"
 
-    @classmethod
-    def of(cls, model: ChannelModel) -> CalibrationHeat:
-        """With the coefficients as sure as the motor torque itself makes them."""
-        return cls(model, model.covariance(_columns(_told(model))))
-
     @property
     def indices(self) -> list[int]:
-        """Columns of the motor torque's bank whose coefficients are asked for."""
-        return _columns(_told(self.model))
+        """Columns of the motor torque's bank that a simulation file tells."""
+        return [i for block in self._told() for i in block.indices]
 
-    def directions(self) -> FloatArray:
-        """One standard deviation of the coefficients (k, k), in each of k independent directions a column."""
-        scale = np.sqrt(np.maximum(np.diag(self.covariance), 1e-300))
-        values, vectors = np.linalg.eigh(self.covariance / np.outer(scale, scale))
-        return np.asarray(scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))
+    def deviations(self) -> FloatArray:
+        """One standard deviation of their coefficients (k, k), in each of k independent directions a column."""
+        return deviations(self.model.covariance(self.indices))
 
     def columns(self, frame: Frame) -> FloatArray:
         """Integrals of the powers of one standard deviation in each direction (n, k)."""
-        columns = np.hstack([np.zeros((frame.size, 0)), *(b.regressor.columns(frame) for b in _told(self.model))])
-        weight = np.where(frame.direction != 0, frame.count, 0.0)
-        number = np.maximum(np.bincount(frame.recording, weight), 1e-300)
-        torques = ((np.bincount(frame.recording, weight * t) / number) for t in (columns @ self.directions()).T)
-        return heat_of([of_recordings[frame.recording] for of_recordings in torques], frame)
+        columns = np.hstack([np.zeros((frame.size, 0)), *(b.regressor.columns(frame) for b in self._told())])
+        unsure = columns @ self.deviations()
+        means = unsure - levelled(unsure, frame, np.where(frame.direction != 0, frame.count, 0.0))
+        return heat_of(list(means.T), frame)
 
     def term(self, capacity: float) -> BaseTerm:
         """The base term of the temperature for a heat capacity (J/K)."""
-        return BaseTerm(self, (capacity**2,) * len(self.covariance))
+        return BaseTerm(self, (capacity**2,) * len(self.indices))
+
+    def _told(self) -> list[Block]:
+        return [block for block in self.model.blocks() if block.regressor.effect != NUISANCE]
 
 
 def calibrated(
@@ -83,7 +75,7 @@ def calibrated(
         return None
     asked = block.regressor
     assert isinstance(asked, CalibrationHeat)
-    moves = asked.directions() @ heat.fit.of(block.indices)[0] / per_capacity
+    moves = asked.deviations() @ heat.fit.of(block.indices)[0] / per_capacity
     torque = asked.model
     before = torque.moved, torque.fit
     torque.moved = {i: torque.moved.get(i, 0.0) + float(m) for i, m in zip(asked.indices, moves, strict=True)}
@@ -95,12 +87,3 @@ def calibrated(
         return moved
     torque.moved, torque.fit = before
     return None
-
-
-def _told(model: ChannelModel) -> list[Block]:
-    """The blocks of a model that a simulation file tells."""
-    return [block for block in model.blocks() if block.regressor.effect != NUISANCE]
-
-
-def _columns(blocks: Sequence[Block]) -> list[int]:
-    return [i for block in blocks for i in block.indices]

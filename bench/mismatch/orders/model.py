@@ -355,7 +355,7 @@ def calibrate_all(model: TransmissionModel, now: Seen, known: Sequence[float], f
     revolutions = model.training_revolutions
     model.seen = now
     if stage is not None and not model.laws:
-        bent = _bent(model, now, stage, known, [w for w in weak if w.order in polynomial])
+        bent = _bent(model, now, stage, [w for w in weak if w.order in polynomial])
         weak = [bent.get(w.order, w) for w in weak]
         polynomial = [f for f in polynomial if f not in bent]
     columns = np.array([now.orders.index(f) for f in polynomial], dtype=np.int64)
@@ -372,18 +372,15 @@ def calibrate_all(model: TransmissionModel, now: Seen, known: Sequence[float], f
     model.plain = given.series.less([f for f in polynomial if f not in known])
 
 
-def _bent(
-    model: TransmissionModel, now: Seen, stage: Stage, known: Sequence[float], asked: Sequence[WeakOrder]
-) -> dict[float, WeakOrder]:
+def _bent(model: TransmissionModel, now: Seen, stage: Stage, asked: Sequence[WeakOrder]) -> dict[float, WeakOrder]:
     """Of found orders that are to have polynomials those that waves over the torque follow better, as such."""
     if not asked:
         return {}
     orders = [w.order for w in asked]
     columns = [now.orders.index(f) for f in orders]
     noise, vectors = now.noise(orders)[model.train], now.vectors[model.train][:, columns]
-    revolutions = model.training_revolutions
-    series = calibrate(revolutions, vectors, noise, orders, model.parts, known)
-    points = model.folds[[t.recording for t in revolutions]]
+    series = calibrated_by(model, vectors, noise, orders, np.ones_like(vectors))
+    points = model.folds[[t.recording for t in model.training_revolutions]]
     found = (cornered(w, stage, vectors[:, k], series, noise[:, k], points) for k, w in enumerate(asked))
     return {w.order: w for w in found if w is not None}
 

@@ -57,8 +57,7 @@ class GainHeat(Untold):
         directions, and of as much as the form may be off.
         """
         main = self.gain.main
-        values, directions = np.linalg.eigh(self.model.fit.of(main.indices)[1])
-        unsure = main.regressor.columns(frame) @ (directions * np.sqrt(np.maximum(values, 0.0)))
+        unsure = main.regressor.columns(frame) @ deviations(self.model.fit.of(main.indices)[1])
         return heat_of([*unsure.T, criteria.SHAPE * self.model.contribution(self.gain, frame)], frame)
 
 
@@ -75,6 +74,15 @@ class NamelessLoadHeat(Untold):
     def columns(self, frame: Frame) -> FloatArray:
         """Integral of the power (n, 1)."""
         return integral(self.course.at(frame) * frame.velocity, frame)[:, None]
+
+
+def deviations(covariance: FloatArray) -> FloatArray:
+    """One standard deviation of coefficients of a ``covariance`` (k, k), in each of k independent directions a column
+    (k, k).
+    """
+    scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+    return np.asarray(scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))
 
 
 def heat_of(torques: Sequence[FloatArray], frame: Frame) -> FloatArray:

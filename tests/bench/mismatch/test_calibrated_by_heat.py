@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bench.mismatch.calibrated_by_heat import CalibrationHeat, calibrated
-from bench.mismatch.power_zeros import RECORDINGS, left_out, measured
+from bench.mismatch.power_zeros import RECORDINGS, Zeros, left_out, measured
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.model import ChannelModel
 from bench.mismatch.regression.problem import ChannelProblem, nominal_base
@@ -46,6 +46,12 @@ def calibrated_torque(rows: Rows) -> ChannelModel:
     return model
 
 
+def heat_balance(rows: Rows, zeros: Zeros, torque: ChannelModel) -> ChannelModel:
+    """The model of the temperature beside what the calibration of a torque is unsure by, less some zeros."""
+    own = problem(replace(rows, frame=zeros.less(rows.frame)))
+    return begun(replace(own, base=(*own.base, CalibrationHeat(torque).term(CAPACITY)))).model
+
+
 def growth(model: ChannelModel) -> float:
     """By what share of Coulomb friction the friction grows with the load, 1/(N·m)."""
     coulomb, by_load = (float(model.fit.of(b.indices)[0][0]) for b in model.base)
@@ -58,9 +64,7 @@ def test_the_heat_moves_the_calibration_to_where_it_is() -> None:
     before, own = growth(torque), torque.fit
     models = {MOTOR_TORQUE: torque}
     levels = replace(measured(models), which=(RECORDINGS,))
-    asked = CalibrationHeat.of(torque)
-    less = replace(rows, frame=levels.less(rows.frame))
-    heat = begun(replace(problem(less), base=(*problem(less).base, asked.term(CAPACITY)))).model
+    heat = heat_balance(rows, levels, torque)
     moved = calibrated(heat, problem(rows), levels, models)
     assert moved is not None
     # the heat tells how the friction is divided; all of it may as well be another heat capacity
@@ -102,9 +106,7 @@ def test_a_calibration_stays_where_recordings_left_out_are_predicted_worse() -> 
     torque = calibrated_torque(rows)
     models = {MOTOR_TORQUE: torque}
     levels = replace(measured(models), which=(RECORDINGS,))
-    asked = CalibrationHeat.of(torque)
-    less = replace(rows, frame=levels.less(rows.frame))
-    heat = begun(replace(problem(less), base=(*problem(less).base, asked.term(CAPACITY)))).model
+    heat = heat_balance(rows, levels, torque)
     block = next(b for b in heat.base if isinstance(b.regressor, CalibrationHeat))
     wrong = heat.fit.coefficients.copy()
     wrong[[heat.fit.index.index(i) for i in block.indices]] *= -20.0

@@ -104,7 +104,6 @@ def test_what_the_lag_explains_of_the_motor_torque_goes(
         return SimpleNamespace(**{**vars(one), **parts}) if isinstance(one, SimpleNamespace) else replace(one, **parts)
 
     monkeypatch.setattr(analysis, "searched", searched)
-    monkeypatch.setattr(analysis, "_outcome_of", lambda *_: SimpleNamespace(discoveries=[], notes=[]))
     monkeypatch.setattr(analysis, "_outcome", lambda *_: SimpleNamespace(discoveries=[], notes=[]))
     monkeypatch.setattr(analysis, "slots_of", lambda *_: [])
     monkeypatch.setattr(analysis, "_heat", lambda *_: of_heat("heat again", str(lag_again)))

@@ -35,13 +35,12 @@ def _steps(frame: Frame) -> tuple[Point, ...]:
     # moments inside of a long one, and anywhere where there are few gaps
     span = float(np.ptp(frame.time)) or 1.0
     even = span * np.linspace(0.08, 0.92, EVEN)
-    starts = recording_starts(frame)[1:-1]
-    before, after = frame.time[starts - 1], frame.time[starts]
-    between = 0.5 * (before + after)[after > before]
+    starts = recording_starts(frame)
+    first, last = frame.time[starts[:-1]], frame.time[starts[1:] - 1]
+    between = 0.5 * (last[:-1] + first[1:])[first[1:] > last[:-1]]
     if between.size > MOST_GAPS:
         between = between[np.unique(np.round(np.linspace(0, between.size - 1, MOST_GAPS)).astype(int))]
     if between.size >= EVEN:
-        first, last = frame.time[recording_starts(frame)[:-1]], frame.time[recording_starts(frame)[1:] - 1]
         long = last - first > span / EVEN
         even = even[[bool(np.any(long & (first < moment) & (moment < last))) for moment in even]]
     return tuple((float(moment),) for moment in np.sort([*even, *between]))
