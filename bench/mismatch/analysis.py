@@ -19,7 +19,7 @@ from bench.mismatch.orders.revolutions import found_in
 from bench.mismatch.orders.shaken import inertia_from_orders, inertia_of, without_shaking
 from bench.mismatch.orders.torques import torque_discoveries
 from bench.mismatch.outcomes import of_search, slots_of
-from bench.mismatch.power_zeros import UNNAMED, Zeros, of_recordings
+from bench.mismatch.power_zeros import REST, UNNAMED, Zeros, of_model
 from bench.mismatch.power_zeros import chosen as zeros_chosen
 from bench.mismatch.prediction import corrected
 from bench.mismatch.problems import capacity_of, periodicity_of, problem_of, usable, wandering_zero
@@ -253,7 +253,7 @@ def _holds_with(
     """
     motor_torque, heat = out.searches[MOTOR_TORQUE], None
     slots = slots_of(motor_torque, data, formulas)
-    if UNNAMED in out.zeros.which or of_recordings(out.zeros.which, MOTOR_TORQUE):
+    if UNNAMED in out.zeros.which or of_model(out.zeros.which):
         # the temperature was fitted with what is no more, or with zeros of recordings that another model tells
         heat = _heat(out, data, given, rows, seed, banned)
     outcome = _outcome(out, data, given, motor_torque, slots, seed)
@@ -336,8 +336,8 @@ def _heat(out: Analysis, data: Dataset, given: Given, rows: Rows, seed: int, ban
         nameless: tuple[BaseTerm, ...] = ()
         if MOTOR_TORQUE in models:
             nameless = (*nameless_heat(models[MOTOR_TORQUE], capacity), *gain_heat(models[MOTOR_TORQUE], capacity))
-        if unsure is not None and unsure.indices and of_recordings(out.zeros.which, MOTOR_TORQUE):
-            nameless = (*nameless, unsure.term(capacity))
+        if unsure is not None and unsure.indices and of_model(out.zeros.which):
+            nameless = (*nameless, replace(unsure, whole=REST in out.zeros.which).term(capacity))
         if LOAD_TORQUE in models:
             nameless = (*nameless, *nameless_load_heat(models[LOAD_TORQUE], capacity))
         nuisances = (wandering_zero(data, less, zero, capacity, row), *nameless)

@@ -1,11 +1,11 @@
 """The calibration of the motor torque as the heat tells it.
 
-Where the zero of a recording is taken off the loss, it is what the calibrated torque leaves of that recording's mean
-(:mod:`bench.mismatch.power_zeros`). What the calibration is off by in a mean is then power that is missing, or that
-never was: 5 mN·m at 170 rad/s change the end of a heating run by several times the noise of its thermometer. So the
-temperature tells the coefficients of the motor torque more exactly than noise that is slow lets the torque itself tell
-them. Both are put together: the covariance of the coefficients is the prior in the heat balance, and its posterior mean
-is what they are moved to (a Kalman update, of which the heat balance is the second measurement).
+Where the zero of a recording is taken off the loss, or all that the calibrated torque leaves, its calibration is in
+the loss (:mod:`bench.mismatch.power_zeros`). What the calibration is off by in a mean is then power that is missing,
+or that never was: 5 mN·m at 170 rad/s change the end of a heating run by several times the noise of its thermometer.
+So the temperature tells the coefficients of the motor torque more exactly than noise that is slow lets the torque
+itself tell them. Both are put together: the covariance of the coefficients is the prior in the heat balance, and its
+posterior mean is what they are moved to (a Kalman update, of which the heat balance is the second measurement).
 """
 
 from __future__ import annotations
@@ -28,11 +28,15 @@ from bench.simulation.heat_rates import HEATING
 
 @dataclass(frozen=True, slots=True)
 class CalibrationHeat(Untold):
-    """Power of what the calibrated motor torque is unsure by in the mean of each recording, integrated over it."""
+    """Power of what the calibrated motor torque is unsure by, in the mean of each recording or at every moment,
+    integrated over the recording.
+    """
 
     model: ChannelModel
     words: str = "heat of what the calibration of the motor torque is unsure by"
     equation: str = "dT/dt += dtau_m*w_m/C"
+    whole: bool = False
+    """whether all that the model leaves is taken off the loss, and no mean of a recording alone"""
 
     @property
     def indices(self) -> list[int]:
@@ -47,8 +51,9 @@ class CalibrationHeat(Untold):
         """Integrals of the powers of one standard deviation in each direction (n, k)."""
         columns = np.hstack([np.zeros((frame.size, 0)), *(b.regressor.columns(frame) for b in self._told())])
         unsure = columns @ self.deviations()
-        means = unsure - levelled(unsure, frame, np.where(frame.direction != 0, frame.count, 0.0))
-        return heat_of(list(means.T), frame)
+        moving = frame.direction != 0
+        taken = unsure * moving[:, None] if self.whole else unsure - levelled(unsure, frame, moving * frame.count)
+        return heat_of(list(taken.T), frame)
 
     def term(self, capacity: float) -> BaseTerm:
         """The base term of the temperature for a heat capacity (J/K)."""

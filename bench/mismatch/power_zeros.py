@@ -26,7 +26,7 @@ from bench.mismatch.regression.bank import RIDGE
 from bench.mismatch.regression.folds import apart
 from bench.mismatch.regression.model import Block, ChannelModel
 from bench.mismatch.regression.nameless_heat import REPORTED_GAIN
-from bench.mismatch.regression.problem import NUISANCE, BaseTerm, ChannelProblem
+from bench.mismatch.regression.problem import NUISANCE, BaseTerm, ChannelProblem, fixed_part
 from bench.mismatch.regression.regressors import UNKNOWN
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.heat_rates import HEATING, LESS, TAKEN_OFF
@@ -34,10 +34,12 @@ from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE
 
 EFFECT, KEY = HEATING, LESS
 """term of a simulation file that says what is taken off, and its key there"""
-LOAD, MOTOR, RECORDINGS, LOADS_RECORDINGS, STORED, GAIN, UNNAMED, LIFTED = TAKEN_OFF
-WHICH = (LOAD, MOTOR, RECORDINGS, LOADS_RECORDINGS, STORED)
-SINGLE = (RECORDINGS, LOADS_RECORDINGS)
-"""those that belong to single recordings: of both torques, or of the load torque alone"""
+LOAD, MOTOR, RECORDINGS, LOADS_RECORDINGS, REST, STORED, GAIN, UNNAMED, LIFTED = TAKEN_OFF
+WHICH = (LOAD, MOTOR, RECORDINGS, LOADS_RECORDINGS, REST, STORED)
+SINGLE = (RECORDINGS, LOADS_RECORDINGS, REST)
+"""those that belong to single recordings, of which one is taken off at most: of both torques, of the load torque alone,
+or all that the motor torque's model leaves, in which both are
+"""
 REPORTED = {GAIN: REPORTED_GAIN, UNNAMED: UNKNOWN, LIFTED: "load.unbalance"}
 """effects that may be errors of the reported motor torque, or lift a mass: no part of it that is lost. They are asked
 for only where they were found
@@ -58,12 +60,16 @@ class Zeros:
     reported: Mapping[str, tuple[Known, ...]] = field(default_factory=dict)
     inertia: float = 0.0
     """kg·m² of the motor's shaft, whose energy is :data:`STORED`"""
+    modelled: Callable[[Frame], FloatArray] | None = None
+    """the motor torque at the rows of a frame (n,) as its model says, where there is one"""
 
     def of(self, channel: str, constant: str, frame: Frame) -> FloatArray:
         """Zero of a channel at the rows of a frame (n,), N·m."""
         out = np.full(frame.size, self.constant.get(channel, 0.0) if constant in self.which else 0.0)
         if of_recordings(self.which, channel):
             out += _at_rows(self.levels.get(channel, {}), frame)
+        if channel == MOTOR_TORQUE and REST in self.which and self.modelled is not None:
+            out += np.where(frame.direction != 0, frame.motor_torque - self.modelled(frame), 0.0)
         if channel == MOTOR_TORQUE:
             for known in (k for name in self.which for k in self.reported.get(name, ())):
                 assert known.coefficients is not None
@@ -89,9 +95,10 @@ def chosen(models: Mapping[str, ChannelModel], problem: ChannelProblem, found: S
     and the cooling make up for a zero that was not taken off, and are wrong for the next recording.
     """
     known = measured(models)
-    names = (*(name for name in WHICH if name != STORED or known.inertia > 0.0), *known.reported)
+    lacking = {STORED: known.inertia <= 0.0, REST: known.modelled is None}
+    names = (*(name for name in WHICH if not lacking.get(name, False)), *known.reported)
     sets = [s for n in range(len(names) + 1) for s in itertools.combinations(names, n)]
-    sets = [s for s in sets if not set(SINGLE) <= set(s)]  # the first holds the second
+    sets = [s for s in sets if len(set(SINGLE) & set(s)) < 2]
     tried = [replace(known, which=which) for which in sets]
     return tried[_likeliest(sets, [left_out(problem, zeros, found) for zeros in tried])]
 
@@ -102,8 +109,14 @@ def measured(models: Mapping[str, ChannelModel]) -> Zeros:
     inertia = _constant(models[MOTOR_TORQUE], INERTIA) if MOTOR_TORQUE in models else 0.0
     torques = {c: (m.problem.rows, m.problem.usable) for c, m in models.items()}
     levels = levels_of(torques, lambda channel, frame: models[channel].predict(frame))
-    reported = _reported(models[MOTOR_TORQUE]) if MOTOR_TORQUE in models else {}
-    return Zeros((), constant, levels, reported, inertia)
+    if MOTOR_TORQUE not in models:
+        return Zeros((), constant, levels, {}, inertia)
+    motor = models[MOTOR_TORQUE]
+
+    def modelled(frame: Frame) -> FloatArray:
+        return fixed_part(MOTOR_TORQUE, frame, motor.problem.switched_off) + motor.predict(frame)
+
+    return Zeros((), constant, levels, _reported(motor), inertia, modelled)
 
 
 def left_out(problem: ChannelProblem, zeros: Zeros, found: Sequence[Block]) -> FloatArray:
@@ -129,8 +142,13 @@ def _likeliest(sets: Sequence[Sequence[str]], energies: Sequence[FloatArray]) ->
 
 
 def of_recordings(which: Sequence[str], channel: str) -> bool:
-    """Whether ``which`` zeros have a channel's own of each recording."""
+    """Whether ``which`` zeros have a channel's own level of each recording."""
     return RECORDINGS in which or (channel == LOAD_TORQUE and LOADS_RECORDINGS in which)
+
+
+def of_model(which: Sequence[str]) -> bool:
+    """Whether what is taken off depends on what the motor torque's model says, and so on its calibration."""
+    return REST in which or of_recordings(which, MOTOR_TORQUE)
 
 
 def levels_of(

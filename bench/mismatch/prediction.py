@@ -76,7 +76,12 @@ class Predictor:
         levels = levels_of(torques, lambda channel, frame: self.channel(channel, frame, None, frames))
         known = self.given.known.get(MOTOR_TORQUE, ())
         return Zeros(
-            which, constant, levels, {name: reported_by(known, name) for name in REPORTED}, self._number(INERTIA)
+            which,
+            constant,
+            levels,
+            {name: reported_by(known, name) for name in REPORTED},
+            self._number(INERTIA),
+            lambda frame: self.channel(MOTOR_TORQUE, frame, None, frames),
         )
 
     def _number(self, effect: str) -> float:

@@ -24,11 +24,23 @@ MOTOR_GAIN = "gain of the motor torque"
 """what ``motor.torque_constant`` says of the reported motor torque"""
 MOTOR_UNNAMED = "unknown in the motor torque"
 """what functions without a name say of the motor torque, if that is an error of its report and no torque"""
+LEFT_OF_MOTOR = "rest of the motor torque"
+"""what the motor torque's model leaves of it at every moment: its zero, and the slow noise of its report"""
 KINETIC = "kinetic energy"
 """what ``motor.inertia`` stores while the motor speeds up, and gives back"""
 LIFTED = "unbalance"
 """what ``load.unbalance`` stores while its mass is lifted, and gives back"""
-TAKEN_OFF = (LOAD_ZERO, MOTOR_ZERO, OF_RECORDINGS, OF_RECORDINGS_LOAD, KINETIC, MOTOR_GAIN, MOTOR_UNNAMED, LIFTED)
+TAKEN_OFF = (
+    LOAD_ZERO,
+    MOTOR_ZERO,
+    OF_RECORDINGS,
+    OF_RECORDINGS_LOAD,
+    LEFT_OF_MOTOR,
+    KINETIC,
+    MOTOR_GAIN,
+    MOTOR_UNNAMED,
+    LIFTED,
+)
 """all that may be taken off the loss"""
 HEATING, CONVECTION = "thermal.loss_heating", "thermal.convection"
 
