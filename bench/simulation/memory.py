@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numba
 import numpy as np
 
-from bench.simulation.frame import FloatArray, Frame, recording_starts
+from bench.simulation.frame import FloatArray, Frame, gone_through, recording_starts
 from bench.simulation.states import lag_along, limited_along, play_along, relax, relax_along
 
 Between = Literal["fresh", "kept", "released"]
@@ -183,6 +183,25 @@ def integral(x: FloatArray, frame: Frame) -> FloatArray:
     total = np.cumsum(area)
     begun = np.repeat(total[starts], np.diff(np.append(starts, frame.size)))
     return np.asarray(total - begun)
+
+
+def warmed_between(frame: Frame) -> FloatArray:
+    """K (n,) by which recordings have begun warmer than the one before ended, summed up to each row's recording: what
+    ran in between, and was not recorded, has warmed the gearbox.
+    """
+    if not isinstance(frame.temperature, np.ndarray) or frame.memory is not None:
+        return frame.temperature * 0.0  # one motion without recordings, and nothing between them
+    whole = gone_through(frame)
+    starts = recording_starts(whole)
+    first, last = whole.temperature[starts[:-1]], whole.temperature[starts[1:] - 1]
+    order = np.argsort(whole.time[starts[:-1]], kind="stable")
+    warmer = np.zeros(order.size)
+    warmer[order[1:]] = np.maximum(first[order[1:]] - last[order[:-1]], 0.0)
+    total = np.empty(order.size)
+    total[order] = np.cumsum(warmer[order])
+    by_recording = np.zeros(int(whole.recording.max()) + 1)
+    by_recording[whole.recording[starts[:-1]]] = total
+    return np.asarray(by_recording[frame.recording])
 
 
 def campaign_lag(x: FloatArray, frame: Frame, constant: float) -> FloatArray:

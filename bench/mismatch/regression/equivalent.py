@@ -102,6 +102,22 @@ def predict_alike(model: ChannelModel, others: Sequence[Chosen], effect: Chosen,
     return bool(np.sum(number * (one - two) ** 2) < criteria.ALIKE**2 * np.sum(number * (one - plain) ** 2))
 
 
+def untold(model: ChannelModel, others: Sequence[Chosen], effect: Chosen, other: Chosen) -> bool:
+    """Whether two names predict so nearly the same that no rows could tell which of them there is: by what they differ
+    over all rows that are fitted, each would be expected to gain less log density over the other than one has to be
+    better by (:data:`criteria.VERY_STRONG`), were it the true one.
+
+    Points left out may be predicted far worse by one of them even so, for it is less sure without these points: that
+    tells how many numbers it has, and not that it is not there.
+    """
+    if UNKNOWN in (effect.effect, other.effect):
+        return False
+    frame, train = model.problem.rows.frame, model.problem.train
+    one, two = (model.predict(frame, c, model.refitted(c))[train] for c in ([*others, effect], [*others, other]))
+    apart = model.bank.less_offsets(model.bank.whitening.apply(one - two), model.fit.variance)
+    return bool(0.5 * float(np.sum(apart**2)) < criteria.VERY_STRONG)
+
+
 def numbers_of(chosen: Chosen) -> int:
     """How many fitted numbers an explanation has."""
     return sum(block.regressor.numbers for block in chosen.blocks)

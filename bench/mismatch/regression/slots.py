@@ -17,7 +17,7 @@ from bench.mismatch import criteria
 from bench.mismatch.regression.beside import free_function, handicap_of, idle, in_its_form, shaped, sound_beside
 from bench.mismatch.regression.choosing import MOST_FORMS, MOST_REFINED, price_of_course
 from bench.mismatch.regression.description import description, prior_of
-from bench.mismatch.regression.equivalent import heirs_of, holds, numbers_of, predict_alike
+from bench.mismatch.regression.equivalent import heirs_of, holds, numbers_of, predict_alike, untold
 from bench.mismatch.regression.folds import apart, surely_more, weights
 from bench.mismatch.regression.heredity import orphaned, without
 from bench.mismatch.regression.model import ChannelModel, Chosen
@@ -127,6 +127,9 @@ def _slot(search: Search, tested: Chosen, whole: FloatArray, number: int) -> Slo
             near = called_as_good(tested, chosen, float(odds), loss, worse, at_its_end)
             doubtful = chosen.effect != UNKNOWN and criteria.VERY_STRONG <= loss < 2.0 * criteria.VERY_STRONG
             near = near or (doubtful and predict_alike(model, others, rated, chosen))
+            near = near or (
+                not strained(chosen.main.regressor, model.problem.rows.frame) and untold(model, others, rated, chosen)
+            )
         better = surely_more(density, whole)
         alternatives.append(Contender(chosen, density, loss, error, float(share[k + 1]), near, worse, better))
     plainer = alternatives[heirs[0] - 1] if 0 in heirs else None

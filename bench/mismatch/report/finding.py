@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -208,6 +208,16 @@ def _why_not(other: RefittedAlternative) -> str:
     return text + ("; the recordings cannot tell the two apart" if other.as_good else "")
 
 
+def _effect_beside(discovery: Discovery, sure: Collection[str]) -> str:
+    """The effect of a discovery; where it is ambiguous, that of its alternatives which is as good and ``sure`` beside
+    it, if there is one and its own is not.
+    """
+    if discovery.status != AMBIGUOUS or discovery.effect in sure:
+        return discovery.effect
+    other = (a.effect for a in discovery.alternatives if a.as_good and a.effect in sure)
+    return next(other, discovery.effect)
+
+
 def _together(excesses: Sequence[FloatArray | None]) -> FloatArray | None:
     known = [excess for excess in excesses if excess is not None]
     return np.asarray(np.sum(known, axis=0)) if known and len(known) == len(excesses) else None
@@ -220,14 +230,18 @@ def _excess(group: Sequence[Discovery]) -> FloatArray | None:
 
 def _merged(discoveries: Iterable[Discovery]) -> list[Discovery]:
     """Discoveries of a channel, those of one effect as one: what they add is the sum, equations and parameters of all
-    stand together, the strongest gives the rest.
+    stand together. The strongest gives the rest, of those that have a name for sure if there are such: where the offset
+    says which effect it is, an amplitude that cannot tell it from another follows the same.
     """
+    found = list(discoveries)
+    sure = {d.effect for d in found if d.status == NAMED}
     groups: dict[object, list[Discovery]] = {}
-    for discovery in discoveries:
-        groups.setdefault((discovery.effect, _symbol(discovery), _auxiliary(discovery)), []).append(discovery)
+    for discovery in found:
+        key = (_effect_beside(discovery, sure), _symbol(discovery), _auxiliary(discovery))
+        groups.setdefault(key, []).append(discovery)
     out = []
     for group in groups.values():
-        first = max(group, key=lambda d: d.gain)
+        first = max(group, key=lambda d: (d.status == NAMED, d.gain))
         if len(group) == 1:
             out.append(first)
             continue

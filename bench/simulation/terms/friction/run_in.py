@@ -5,7 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.memory import warmed_between
 from bench.simulation.terms.base import MOTOR_TORQUE, Form, Point, Symbol, Term, columns, logarithmic
+
+LEAST_WARMED = 1.0
+"""K by which a gearbox has to be warmed between recordings, in all, before that tells of a distance run there: less may
+be a room's, or the noise of a thermometer added up
+"""
+FURTHER = (1.0, 4.0, 16.0)
+"""distances that are tried between recordings, over that in them"""
 
 
 def _distances(frame: Frame) -> tuple[Point, ...]:
@@ -42,10 +50,37 @@ def _logarithmic(frame: Frame, point: Point) -> FloatArray:
     return columns(-frame.direction * np.log1p(frame.travel / point[0]))
 
 
+def _between(frame: Frame) -> tuple[Point, ...]:
+    warmer = float(np.max(warmed_between(frame), initial=0.0))
+    span = float(np.ptp(frame.travel)) or 1.0
+    if warmer < LEAST_WARMED:
+        return ()
+    return tuple(
+        (share * span * (1.0 + further), further * span / warmer)
+        for further in FURTHER
+        for share in (0.03, 0.1, 0.3, 1.0)
+    )
+
+
+def _with_unrecorded(frame: Frame, point: Point) -> FloatArray:
+    return columns(frame.direction * np.exp(-_distance(frame, point) / point[0]))
+
+
+def _hyperbolic_with_unrecorded(frame: Frame, point: Point) -> FloatArray:
+    return columns(frame.direction / (1.0 + _distance(frame, point) / point[0]))
+
+
+def _distance(frame: Frame, point: Point) -> FloatArray:
+    return frame.travel + point[1] * warmed_between(frame)
+
+
 F_R = Symbol("f_r", "N*m", "extra friction of the new gearbox", 0.0)
 F_RV = Symbol("f_rv", "N*m*s/rad", "extra viscous friction of the new gearbox", 0.0)
 S_R = Symbol("s_r", "rad", "distance at the output over which it decays", 0.0)
+K_R = Symbol("k_r", "rad/K", "distance run between recordings for each K by which the gearbox was warmer after it", 0.0)
 T_R = Symbol("t_r", "s", "time over which it decays", 0.0)
+
+_WARMED = " W: rises of the temperature between recordings, summed up"
 
 TERM = Term(
     effect="friction.run_in",
@@ -97,6 +132,24 @@ TERM = Term(
                 (S_R,),
                 _distances,
                 equation="tau_m += f_rv*w_m*exp(-s/s_r), s: distance run at the output",
+            ),
+            Form(
+                "with_unrecorded",
+                _with_unrecorded,
+                (F_R,),
+                (S_R, K_R),
+                _between,
+                remembers=True,
+                equation="tau_m += d*f_r*exp(-(s + k_r*W)/s_r), s: distance run at the output," + _WARMED,
+            ),
+            Form(
+                "hyperbolic_with_unrecorded",
+                _hyperbolic_with_unrecorded,
+                (F_R,),
+                (S_R, K_R),
+                _between,
+                remembers=True,
+                equation="tau_m += d*f_r/(1 + (s + k_r*W)/s_r), s: distance run at the output," + _WARMED,
             ),
         )
     },
