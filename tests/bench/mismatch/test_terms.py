@@ -60,7 +60,7 @@ def frame(n: int = 400) -> Frame:
         "last_direction": np.sign(velocity),
         "torque": 300.0 * np.sin(time / 7.0),
         "load_motor_torque": 300.0 * np.sin(time / 7.0),
-        "temperature": 20.0 + time / 4.0,
+        "temperature": 20.0 + time / 4.0 + 2.0 * np.repeat(np.arange(4), n // 4),
         "power": np.full(n, 50.0),
         "travel": np.abs(theta),
         "reversal_travel": np.full(n, 0.01),

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.simulation.memory import campaign_lag, integral, lag, play, relaxing
+from bench.simulation.memory import campaign_lag, integral, lag, play, relaxing, warmed_between
 from bench.simulation.quantities import QUICK_WARMING_S, SLOW_WARMING_S, WARMING_S, quantity
 from bench.simulation.terms.loops import BETWEEN
 from tests.bench.simulation.terms.frames import ROWS, STEP_S, frame
@@ -110,3 +110,14 @@ def test_a_gearbox_that_warms_is_warmer_than_it_was(name: str, constant: float) 
     expected = rate * constant * (1.0 - np.exp(-(FRAME.time - FRAME.time[0]) / constant))
     assert warming == pytest.approx(expected, rel=1e-6, abs=1e-9)
     assert np.allclose(quantity(name, replace(FRAME, temperature=np.full(FRAME.size, 31.0))), 0.0)
+
+
+def test_only_rises_between_recordings_are_summed_up() -> None:
+    at = FRAME.recording.astype(float)
+    begins = np.array([20.0, 23.0, 22.0, 30.0])[: int(FRAME.recording.max()) + 1]
+    rows = replace(FRAME, temperature=begins[FRAME.recording] + 1.0 * (FRAME.elapsed > 0.0))
+    summed = warmed_between(rows)
+    # each recording warms by 1 K itself: what began 3 K above where the last began has been warmed by 2 K between
+    expected = np.cumsum(np.maximum(np.diff(begins, prepend=begins[0] + 1.0) - 1.0, 0.0))
+    assert np.array_equal(summed, expected[FRAME.recording])
+    assert np.array_equal(warmed_between(rows.take(at > 0)), (expected - expected[1])[FRAME.recording[at > 0]])
