@@ -11,13 +11,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from bench.errors import ConfigurationError
 from bench.exchange import formula, fourier, pieces
 from bench.exchange.formula import Written, columns_of, lift, make, total
 from bench.exchange.sample import INPUTS, STANDSTILL, formula_frame, loss
 from bench.mismatch.given import REACTION, Given, Known
 from bench.mismatch.orders.shaken import INERTIA
-from bench.mismatch.power_zeros import CONSTANT, LOAD, MOTOR, REPORTED, SINGLE, STORED, reported_by
+from bench.mismatch.power_zeros import CONSTANT, LOAD, MOTOR, REPORTED, REST, SINGLE, STORED, reported_by
 from bench.mismatch.prediction import Predictor
 from bench.mismatch.regression.problem import CHANNELS, nominal_base
 from bench.mismatch.regression.regressors import Free, Named
@@ -113,7 +115,7 @@ def formulas_of(simulation: Simulation, standstill: float = 1e-3) -> Formulas:
                 f"{'it' if len(missing) == 1 else 'them'}, and the simulation has no numbers for "
                 f"{'it' if len(missing) == 1 else 'them'}"
             )
-    if set(SINGLE) & set(writer.predictor.takes_zeros) and OUTPUT + TEMPERATURE in outputs:
+    if (set(SINGLE) - {REST}) & set(writer.predictor.takes_zeros) and OUTPUT + TEMPERATURE in outputs:
         notes.append(
             f"{TEMPERATURE} is without the zeros of single recordings that the analysis took off the loss: they belong "
             "to those recordings, and a new one has others"
@@ -273,16 +275,19 @@ class _Writer:
 
     def _less(self, frame: Frame) -> Frame:
         """The frame with the loss less what the simulation takes off it, but for the zeros of single recordings."""
-        which = [name for name in self.predictor.takes_zeros if name not in SINGLE]
+        which = [name for name in self.predictor.takes_zeros if name == REST or name not in SINGLE]
         known = self.given.known.get(MOTOR_TORQUE, ())
         motor = [k for name in which if name in REPORTED for k in reported_by(known, name)]
         # the power that speeds the motor up is that of the torque of its inertia
         constants = {MOTOR: CONSTANT[MOTOR_TORQUE], STORED: INERTIA}
         motor += [k for name in which if name in constants for k in self._nominal(MOTOR_TORQUE, constants[name])]
         load = self._nominal(LOAD_TORQUE, CONSTANT[LOAD_TORQUE]) if LOAD in which else []
-        if not motor and not load:
+        if not motor and not load and REST not in which:
             return frame
         into, out = (total([self._regressor(k, frame) for k in members]) for members in (motor, load))
+        if REST in which:
+            moving: Any = np.abs(frame.direction)
+            into = make("add", into, moving * make("sub", frame.motor_torque, self.channel(MOTOR_TORQUE)))
         return replace(frame, power=loss(frame, frame.torque, into * frame.omega - out * frame.velocity))
 
     def _nominal(self, channel: str, effect: str) -> list[Known]:

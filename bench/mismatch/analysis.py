@@ -337,7 +337,8 @@ def _heat(out: Analysis, data: Dataset, given: Given, rows: Rows, seed: int, ban
         if MOTOR_TORQUE in models:
             nameless = (*nameless_heat(models[MOTOR_TORQUE], capacity), *gain_heat(models[MOTOR_TORQUE], capacity))
         if unsure is not None and unsure.indices and of_model(out.zeros.which):
-            nameless = (*nameless, replace(unsure, whole=REST in out.zeros.which).term(capacity))
+            acts = replace(unsure, whole=REST in out.zeros.which, less=out.zeros.effects)
+            nameless = (*nameless, acts.term(capacity)) if acts.indices else nameless
         if LOAD_TORQUE in models:
             nameless = (*nameless, *nameless_load_heat(models[LOAD_TORQUE], capacity))
         nuisances = (wandering_zero(data, less, zero, capacity, row), *nameless)

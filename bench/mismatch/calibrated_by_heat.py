@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.power_zeros import Zeros, left_out, measured
+from bench.mismatch.power_zeros import Zeros, goes_on, left_out, measured
 from bench.mismatch.regression.excess import levelled
 from bench.mismatch.regression.folds import apart
 from bench.mismatch.regression.model import Block, ChannelModel
@@ -37,6 +37,8 @@ class CalibrationHeat(Untold):
     equation: str = "dT/dt += dtau_m*w_m/C"
     whole: bool = False
     """whether all that the model leaves is taken off the loss, and no mean of a recording alone"""
+    less: tuple[str, ...] = ()
+    """effects of the model that are taken off the loss themselves: how unsure they are is in no heat"""
 
     @property
     def indices(self) -> list[int]:
@@ -51,16 +53,17 @@ class CalibrationHeat(Untold):
         """Integrals of the powers of one standard deviation in each direction (n, k)."""
         columns = np.hstack([np.zeros((frame.size, 0)), *(b.regressor.columns(frame) for b in self._told())])
         unsure = columns @ self.deviations()
-        moving = frame.direction != 0
-        taken = unsure * moving[:, None] if self.whole else unsure - levelled(unsure, frame, moving * frame.count)
-        return heat_of(list(taken.T), frame)
+        if self.whole:
+            return heat_of(list(np.where(goes_on(frame), unsure.T, 0.0)), frame)
+        means = unsure - levelled(unsure, frame, np.where(frame.direction != 0, frame.count, 0.0))
+        return heat_of(list(means.T), frame)
 
     def term(self, capacity: float) -> BaseTerm:
         """The base term of the temperature for a heat capacity (J/K)."""
         return BaseTerm(self, (capacity**2,) * len(self.indices))
 
     def _told(self) -> list[Block]:
-        return [block for block in self.model.blocks() if block.regressor.effect != NUISANCE]
+        return [block for block in self.model.blocks() if block.regressor.effect not in (NUISANCE, *self.less)]
 
 
 def calibrated(
@@ -82,12 +85,13 @@ def calibrated(
     assert isinstance(asked, CalibrationHeat)
     moves = asked.deviations() @ heat.fit.of(block.indices)[0] / per_capacity
     torque = asked.model
+    found = [b for c in heat.chosen for b in c.blocks]
+    without = left_out(problem, zeros, found)
     before = torque.moved, torque.fit
     torque.moved = {i: torque.moved.get(i, 0.0) + float(m) for i, m in zip(asked.indices, moves, strict=True)}
     torque.fit = torque.refitted(torque.chosen)
     moved = replace(measured(models), which=zeros.which)
-    found = [b for c in heat.chosen for b in c.blocks]
-    better, error = apart(left_out(problem, zeros, found), left_out(problem, moved, found))
+    better, error = apart(without, left_out(problem, moved, found))
     if better > criteria.ONE_ERROR * error:
         return moved
     torque.moved, torque.fit = before

@@ -2,7 +2,8 @@
 
 The loss is the difference of two large powers, abs(τ_m·ω_m − τ·q̇) (bench-physics, "Nominal simulation" 3). A torque
 sensor's zero of 3 N·m at heating speed is 3 W of 100; a drive's zero moves a little from recording to recording. The
-simulation's constants τ_0 and z_0, and what the torque models leave of each recording's mean, tell these zeros. In
+simulation's constants τ_0 and z_0, and what the torque models leave of each recording's mean, tell these zeros. What
+the motor torque's model leaves at every moment tells slow noise of its report as well. In
 that difference is the power that speeds the motor up, J·ω_m·dω_m/dt, as well, which is no heat. A gain error or a
 saturation of the reported motor torque, where one was found, makes the loss wrong in the same way; so may what was
 found there without a name, if it is an error of the report and no torque; and what lifts an unbalanced mass is given
@@ -16,15 +17,16 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bench.mismatch import criteria
 from bench.mismatch.given import Known
 from bench.mismatch.orders.shaken import INERTIA
 from bench.mismatch.recordings.beginning import at_start, risen
 from bench.mismatch.recordings.rows import Rows
-from bench.mismatch.regression.bank import RIDGE
+from bench.mismatch.regression.bank import RIDGE, Fit
 from bench.mismatch.regression.folds import apart
-from bench.mismatch.regression.model import Block, ChannelModel
+from bench.mismatch.regression.model import Block, ChannelModel, Chosen
 from bench.mismatch.regression.nameless_heat import REPORTED_GAIN
 from bench.mismatch.regression.problem import NUISANCE, BaseTerm, ChannelProblem, fixed_part
 from bench.mismatch.regression.regressors import UNKNOWN
@@ -37,8 +39,8 @@ EFFECT, KEY = HEATING, LESS
 LOAD, MOTOR, RECORDINGS, LOADS_RECORDINGS, REST, STORED, GAIN, UNNAMED, LIFTED = TAKEN_OFF
 WHICH = (LOAD, MOTOR, RECORDINGS, LOADS_RECORDINGS, REST, STORED)
 SINGLE = (RECORDINGS, LOADS_RECORDINGS, REST)
-"""those that belong to single recordings, of which one is taken off at most: of both torques, of the load torque alone,
-or all that the motor torque's model leaves, in which both are
+"""those that may hold a recording's own zeros, of which one is taken off at most: of both torques, of the load torque
+alone, or all that the motor torque's model leaves at every moment, in which both are
 """
 REPORTED = {GAIN: REPORTED_GAIN, UNNAMED: UNKNOWN, LIFTED: "load.unbalance"}
 """effects that may be errors of the reported motor torque, or lift a mass: no part of it that is lost. They are asked
@@ -48,10 +50,28 @@ CONSTANT = {MOTOR_TORQUE: "motor.torque_offset", LOAD_TORQUE: "load.torque_offse
 """term whose constant is a channel's zero"""
 
 
+class Modelled:
+    """The motor torque at the rows of a frame (n,) as a model says it with a fit of some effects, whatever becomes of
+    the model later. The frame that was asked last is kept with its values: many sets of zeros ask of the same.
+    """
+
+    def __init__(self, model: ChannelModel, fitted: Fit, chosen: Sequence[Chosen]) -> None:
+        self._model, self._fitted, self._chosen = model, fitted, chosen
+        self._last: tuple[Frame, FloatArray] | None = None
+
+    def __call__(self, frame: Frame) -> FloatArray:
+        """N·m at the rows of a frame (n,)."""
+        if self._last is None or self._last[0] is not frame:
+            fixed = fixed_part(MOTOR_TORQUE, frame, self._model.problem.switched_off)
+            self._last = frame, fixed + self._model.predict(frame, self._chosen, self._fitted)
+        return self._last[1]
+
+
 @dataclass(frozen=True, slots=True)
 class Zeros:
     """What is taken off (names of :data:`WHICH`, or of :data:`REPORTED`), the constants by channel, each recording's
-    own by channel, N·m; ``reported``: what may be wrong with the reported motor torque, by name of :data:`REPORTED`.
+    own level by channel, N·m; ``reported``: what may be wrong with the reported motor torque, by name of
+    :data:`REPORTED`.
     """
 
     which: tuple[str, ...] = ()
@@ -63,13 +83,19 @@ class Zeros:
     modelled: Callable[[Frame], FloatArray] | None = None
     """the motor torque at the rows of a frame (n,) as its model says, where there is one"""
 
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Effects of the motor torque's model that are taken off themselves."""
+        own = {MOTOR: CONSTANT[MOTOR_TORQUE], STORED: INERTIA, **REPORTED}
+        return tuple(own[name] for name in self.which if name in own)
+
     def of(self, channel: str, constant: str, frame: Frame) -> FloatArray:
         """Zero of a channel at the rows of a frame (n,), N·m."""
         out = np.full(frame.size, self.constant.get(channel, 0.0) if constant in self.which else 0.0)
         if of_recordings(self.which, channel):
             out += _at_rows(self.levels.get(channel, {}), frame)
         if channel == MOTOR_TORQUE and REST in self.which and self.modelled is not None:
-            out += np.where(frame.direction != 0, frame.motor_torque - self.modelled(frame), 0.0)
+            out += np.where(goes_on(frame), frame.motor_torque - self.modelled(frame), 0.0)
         if channel == MOTOR_TORQUE:
             for known in (k for name in self.which for k in self.reported.get(name, ())):
                 assert known.coefficients is not None
@@ -112,11 +138,7 @@ def measured(models: Mapping[str, ChannelModel]) -> Zeros:
     if MOTOR_TORQUE not in models:
         return Zeros((), constant, levels, {}, inertia)
     motor = models[MOTOR_TORQUE]
-
-    def modelled(frame: Frame) -> FloatArray:
-        return fixed_part(MOTOR_TORQUE, frame, motor.problem.switched_off) + motor.predict(frame)
-
-    return Zeros((), constant, levels, _reported(motor), inertia, modelled)
+    return Zeros((), constant, levels, _reported(motor), inertia, Modelled(motor, motor.fit, tuple(motor.chosen)))
 
 
 def left_out(problem: ChannelProblem, zeros: Zeros, found: Sequence[Block]) -> FloatArray:
@@ -144,6 +166,14 @@ def _likeliest(sets: Sequence[Sequence[str]], energies: Sequence[FloatArray]) ->
 def of_recordings(which: Sequence[str], channel: str) -> bool:
     """Whether ``which`` zeros have a channel's own level of each recording."""
     return RECORDINGS in which or (channel == LOAD_TORQUE and LOADS_RECORDINGS in which)
+
+
+def goes_on(frame: Frame) -> NDArray[np.bool_]:
+    """Rows that move, and do not stop or turn before the next: of others no mean speed tells the friction."""
+    following = np.append(frame.direction[1:], frame.direction[-1:])
+    ends = np.append(frame.recording[1:] != frame.recording[:-1], True)
+    uniform = ends | (following == frame.direction) | (frame.count <= 1)
+    return np.asarray((frame.direction != 0) & uniform)
 
 
 def of_model(which: Sequence[str]) -> bool:

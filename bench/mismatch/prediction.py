@@ -18,7 +18,17 @@ from numpy.typing import NDArray
 from bench.foreign.opening import base_of
 from bench.mismatch.given import Given, Known
 from bench.mismatch.orders.shaken import INERTIA
-from bench.mismatch.power_zeros import CONSTANT, EFFECT, KEY, REPORTED, Zeros, levels_of, of_recordings, reported_by
+from bench.mismatch.power_zeros import (
+    CONSTANT,
+    EFFECT,
+    KEY,
+    REPORTED,
+    REST,
+    Zeros,
+    levels_of,
+    of_recordings,
+    reported_by,
+)
 from bench.mismatch.recordings.beginning import START_S, at_start, risen
 from bench.mismatch.recordings.collected import Collected
 from bench.mismatch.recordings.level import means_of_segments
@@ -105,6 +115,8 @@ class Predictor:
                 out.append(named.effect)
         if channel == TRANSMISSION_ERROR and given.orders and given.simulation.transmission_error() is None:
             out.append("te.fourier")
+        if channel == TEMPERATURE and REST in self.takes_zeros:
+            out += self.missing(MOTOR_TORQUE, frame)  # the loss is what the model of the motor torque says
         return out
 
     def channel(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, Literal
@@ -24,6 +25,8 @@ RATES_IN_MOTION = (0.1, 0.5, 2.5)
 """1/rad at which a loop forgets where its input wavers with the angle: as much as it turns by over its width, so a
 torque of order 100 with an amplitude of a six-hundredth to a twenty-fifth of the loop's width
 """
+FEW = 5
+"""rows whose mean tells the temperature at which a recording begins or ends"""
 _CLOCK = ("recording", "time", "elapsed", "step")
 """what states need of a frame beside what drives them"""
 _CODES: dict[Between, int] = {"fresh": 0, "kept": 1, "released": 2}
@@ -193,10 +196,14 @@ def warmed_between(frame: Frame) -> FloatArray:
         return frame.temperature * 0.0  # one motion without recordings, and nothing between them
     whole = gone_through(frame)
     starts = recording_starts(whole)
-    first, last = whole.temperature[starts[:-1]], whole.temperature[starts[1:] - 1]
+    ends = [whole.temperature[a:b] for a, b in itertools.pairwise(starts)]
+    first, last = (
+        np.array([np.mean(part) for part in side]) for side in ([e[:FEW] for e in ends], [e[-FEW:] for e in ends])
+    )
     order = np.argsort(whole.time[starts[:-1]], kind="stable")
     warmer = np.zeros(order.size)
-    warmer[order[1:]] = np.maximum(first[order[1:]] - last[order[:-1]], 0.0)
+    # a reading that is missing tells no rise
+    warmer[order[1:]] = np.nan_to_num(np.maximum(first[order[1:]] - last[order[:-1]], 0.0))
     total = np.empty(order.size)
     total[order] = np.cumsum(warmer[order])
     by_recording = np.zeros(int(whole.recording.max()) + 1)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bench.mismatch.calibrated_by_heat import CalibrationHeat, calibrated
-from bench.mismatch.power_zeros import RECORDINGS, Zeros, left_out, measured
+from bench.mismatch.power_zeros import MOTOR, RECORDINGS, REST, STORED, Zeros, left_out, measured
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.model import ChannelModel
 from bench.mismatch.regression.problem import ChannelProblem, nominal_base
@@ -49,7 +49,8 @@ def calibrated_torque(rows: Rows) -> ChannelModel:
 def heat_balance(rows: Rows, zeros: Zeros, torque: ChannelModel) -> ChannelModel:
     """The model of the temperature beside what the calibration of a torque is unsure by, less some zeros."""
     own = problem(replace(rows, frame=zeros.less(rows.frame)))
-    return begun(replace(own, base=(*own.base, CalibrationHeat(torque).term(CAPACITY)))).model
+    asked = CalibrationHeat(torque, whole=REST in zeros.which, less=zeros.effects)
+    return begun(replace(own, base=(*own.base, asked.term(CAPACITY)))).model
 
 
 def growth(model: ChannelModel) -> float:
@@ -58,12 +59,13 @@ def growth(model: ChannelModel) -> float:
     return by_load / RATIO / coulomb
 
 
-def test_the_heat_moves_the_calibration_to_where_it_is() -> None:
+@pytest.mark.parametrize("less", [RECORDINGS, REST])
+def test_the_heat_moves_the_calibration_to_where_it_is(less: str) -> None:
     rows = recorded()
     torque = calibrated_torque(rows)
     before, own = growth(torque), torque.fit
     models = {MOTOR_TORQUE: torque}
-    levels = replace(measured(models), which=(RECORDINGS,))
+    levels = replace(measured(models), which=(less,))
     heat = heat_balance(rows, levels, torque)
     moved = calibrated(heat, problem(rows), levels, models)
     assert moved is not None
@@ -89,6 +91,16 @@ def test_a_model_without_some_of_what_was_moved_follows_the_moved_prediction() -
     expected = replace(other, base=[other.base[0]]).refitted([]).coefficients
     assert replace(torque, base=[coulomb]).refitted([]).coefficients == pytest.approx(expected, rel=1e-4)
     assert replace(torque, moved={}, base=[coulomb]).refitted([]).coefficients != pytest.approx(expected, rel=1e-2)
+
+
+def test_what_is_taken_off_itself_moves_nothing() -> None:
+    """The constant of the motor torque is in its model, and taken off the loss beside it."""
+    rows = recorded()
+    zeros = replace(measured({MOTOR_TORQUE: calibrated_torque(rows)}), which=(MOTOR, REST, STORED))
+    assert set(zeros.effects) == {"motor.torque_offset", "motor.inertia"}
+    torque = calibrated_torque(rows)
+    asked = CalibrationHeat(torque, whole=True, less=("friction.coulomb",))
+    assert asked.indices == list(torque.base[1].indices)
 
 
 def test_heat_that_says_nothing_moves_nothing() -> None:

@@ -114,7 +114,7 @@ def torque_model(rows: Rows, effect: str, constant: float) -> Any:
     block = SimpleNamespace(regressor=SimpleNamespace(effect=effect), indices=(0,))
     fit = SimpleNamespace(of=lambda _place: (np.array([constant]), np.zeros((1, 1))))
 
-    def predict(frame: Frame) -> FloatArray:
+    def predict(frame: Frame, *_fitted: Any) -> FloatArray:
         return frame.torque if effect.startswith("load") else frame.motor_torque - fixed_part(MOTOR_TORQUE, frame, ())
 
     own = replace(rows, y=predict(rows.frame))
@@ -132,7 +132,7 @@ def test_slow_noise_of_the_motor_torque_heats_nothing_where_its_model_is_right(w
     rows = replace(rows, frame=replace(true, motor_torque=read, power=np.abs(read * true.omega)))
     model = torque_model(rows, "motor.torque_offset", 0.0)
     off = wrong * np.sign(true.velocity) * (true.recording % 4 < 2)
-    model.predict = lambda frame: true.motor_torque + off - fixed_part(MOTOR_TORQUE, frame, ())
+    model.predict = lambda frame, *_: true.motor_torque + off - fixed_part(MOTOR_TORQUE, frame, ())
     found = chosen(cast("Any", {MOTOR_TORQUE: model}), problem(rows))
     assert (REST in found.which) is (wrong == 0.0)
     if wrong == 0.0:
@@ -198,9 +198,9 @@ def test_a_zero_of_a_recording_is_taken_off_once() -> None:
     power = np.abs(says * frame.omega - frame.torque * frame.velocity)
     rows = replace(rows, frame=replace(frame, motor_torque=says, power=power))
     load = torque_model(rows, "load.torque_offset", 0.0)
-    load.predict = lambda frame: np.zeros(frame.size)
+    load.predict = lambda frame, *_: np.zeros(frame.size)
     motor = torque_model(rows, "motor.torque_offset", 0.0)
-    motor.predict = lambda _frame: real
+    motor.predict = lambda *_: real
     found = chosen(cast("Any", {MOTOR_TORQUE: motor, LOAD_TORQUE: load}), problem(rows))
     assert {RECORDINGS, REST} & set(found.which)
     assert np.allclose(found.less(rows.frame).power, LOSS[frame.recording], atol=1e-6)
@@ -212,10 +212,10 @@ def test_the_zeros_of_the_load_may_be_taken_off_alone() -> None:
     zeros = np.random.default_rng(8).normal(0.0, 6.0, RECORDINGS_MADE)
     rows = heated(zeros)
     load = torque_model(rows, "load.torque_offset", 0.0)
-    load.predict = lambda frame: np.zeros(frame.size)
+    load.predict = lambda frame, *_: np.zeros(frame.size)
     motor = torque_model(rows, "motor.torque_offset", 0.0)
     unknown = np.random.default_rng(9).normal(0.0, 0.1, RECORDINGS_MADE)
-    motor.predict = lambda frame: motor.problem.rows.y - unknown[frame.recording]
+    motor.predict = lambda frame, *_: motor.problem.rows.y - unknown[frame.recording]
     found = chosen(cast("Any", {MOTOR_TORQUE: motor, LOAD_TORQUE: load}), problem(rows))
     assert LOADS_RECORDINGS in found.which
     assert np.allclose(found.less(rows.frame).power, LOSS[rows.frame.recording], atol=1e-6)

@@ -115,7 +115,7 @@ def test_a_gearbox_that_warms_is_warmer_than_it_was(name: str, constant: float) 
 def test_only_rises_between_recordings_are_summed_up() -> None:
     at = FRAME.recording.astype(float)
     begins = np.array([20.0, 23.0, 22.0, 30.0])[: int(FRAME.recording.max()) + 1]
-    rows = replace(FRAME, temperature=begins[FRAME.recording] + 1.0 * (FRAME.elapsed > 0.0))
+    rows = replace(FRAME, temperature=begins[FRAME.recording] + 1.0 * (FRAME.elapsed > 5.0))
     summed = warmed_between(rows)
     # each recording warms by 1 K itself: what began 3 K above where the last began has been warmed by 2 K between
     expected = np.cumsum(np.maximum(np.diff(begins, prepend=begins[0] + 1.0) - 1.0, 0.0))
