@@ -31,7 +31,8 @@ def unexplained(outcome: ChannelOutcome) -> None:
     That is asked of the median recording. Where the test for structure says that what is left of the fitted recordings
     is no noise, and it is more than what the forms of the findings may leave of nature's, recordings held out are a
     second witness: all are asked together, a few far off among them. Where nothing was found, more than the floor
-    within its uncertainty is then enough (not of an integral). Levels of held-out recordings that differ no more than
+    within its uncertainty is then enough (not of an integral). Of an integral in which nothing was found the fitted
+    recordings are asked as well: those held out may hold no warm-up that shows it. Levels of held-out recordings that differ no more than
     those of the fitted ones are offsets between recordings.
 
     What comes and goes in the transmission error leaves the median recording as it is. There all steady samples are
@@ -57,6 +58,8 @@ def unexplained(outcome: ChannelOutcome) -> None:
         after = max(after, every)
         # an integral's floor knows nothing of slow noise that adds up in what is integrated
         usual, levels = usual if integral or outcome.discoveries else 1.0, 0.0
+    if integral and _rare(p) and not outcome.discoveries:
+        after = max(after, _of_fitted(outcome))
     most = usual * outcome.floor + criteria.FLOOR_ERRORS * outcome.floor_std
     if outcome.channel == TRANSMISSION_ERROR and outcome.altogether is not None:
         after, most, levels = _coming_and_going(outcome, after, most, levels)
@@ -87,6 +90,13 @@ def unexplained(outcome: ChannelOutcome) -> None:
             orders=_orders(outcome, left),
         )
     )
+
+
+def _of_fitted(outcome: ChannelOutcome) -> float:
+    """What is left of all recordings of an integral, per sample: its floor, and what rows of many samples leave."""
+    number = np.where(outcome.usable, outcome.rows.number, 0.0)
+    rows = float(np.average(outcome.left**2, weights=number)) if number.any() else 0.0
+    return float(np.sqrt(outcome.floor**2 + rows))
 
 
 def _of_forms(outcome: ChannelOutcome) -> float:

@@ -39,6 +39,18 @@ def test_slow_noise_of_a_thermometer_may_be_as_much_again_as_its_floor(size: flo
     assert len(own.discoveries) == told
 
 
+@pytest.mark.parametrize(("p_value", "size", "told"), [(1e-4, 1.8, 1), (1e-4, 0.5, 0), (1.0, 1.8, 0)])
+def test_warm_ups_that_were_all_fitted_are_a_witness_of_structure(p_value: float, size: float, told: int) -> None:
+    """Nothing held out shows what only warm-ups do."""
+    frame = made.campaign()
+    own = made.outcome(frame, "temperature", [], SIGMA)
+    own.structure = Structure(p_value, "test")
+    own = replace(own, whole=own.rows.y - size * own.floor * np.sign(np.sin(frame.elapsed)))
+    own.rmse |= {"after": own.floor, "after_steady": own.floor}
+    unexplained(own)
+    assert len(own.discoveries) == told
+
+
 def test_one_loud_recording_is_not_the_usual_one() -> None:
     total = _Sum()
     for size in (1.0, 1.0, 1.0, 9.0):
