@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bench.mismatch.discovery import ChannelOutcome
 from bench.mismatch.orders import model as orders
+from bench.mismatch.orders.beyond_orders import beyond_orders
 from bench.mismatch.orders.discoveries import discoveries as of_orders
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.periodic import Periodic
@@ -132,7 +134,17 @@ def of_transmission(model: TransmissionModel, data: Dataset, seed: int, formulas
     outcome.levels = offset_model.fit.variance
     outcome.discoveries += found
     left = model.rows.y - periodic
-    outcome.discoveries += of_regression(offset, slots, level, model.compared, frame, left, model.recorded)
+    told = of_regression(offset, slots, level, model.compared, frame, left, model.recorded)
+    calibrated = offset_model.calibrated
+    outcome.discoveries += [
+        replace(
+            found,
+            everywhere=beyond_orders(
+                offset_model.contribution(slot.chosen, frame), calibrated, frame, model.recorded, model.given.orders
+            ),
+        )
+        for slot, found in zip(slots, told, strict=True)
+    ]
     outcome.notes += [*model.notes, *offset_model.notes]
     return outcome
 

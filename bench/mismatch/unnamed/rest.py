@@ -32,8 +32,8 @@ def unexplained(outcome: ChannelOutcome) -> None:
     is no noise, and it is more than what the forms of the findings may leave of nature's, recordings held out are a
     second witness: all are asked together, a few far off among them. Where nothing was found, more than the floor
     within its uncertainty is then enough (not of an integral). Of an integral in which nothing was found the fitted
-    recordings are asked as well: those held out may hold no warm-up that shows it. Levels of held-out recordings that differ no more than
-    those of the fitted ones are offsets between recordings.
+    recordings are asked as well: those held out may hold no warm-up that shows it. Levels of held-out recordings that
+    differ no more than those of the fitted ones are offsets between recordings.
 
     What comes and goes in the transmission error leaves the median recording as it is. There all steady samples are
     asked as well, beyond what the forms of the findings may leave; levels are no offsets where blocks of time are too
