@@ -28,6 +28,8 @@ FINENESS = 3.0
 """frequencies that are tried to each that the campaign tells apart"""
 SMALLEST_MOVE = 0.03
 """of the distance of two frequencies that are tried: how closely a cycle's is found beside a model fitted anew"""
+MOST_LINES = 8
+"""of a spectrum that are tried beside a model fitted anew"""
 MOST_MOVES = 12
 """of a frequency to one side or the other"""
 ALIKE = 1e-9
@@ -121,24 +123,37 @@ def in_cycles(model: ChannelModel, factors: Sequence[str]) -> Iterator[Block]:
         def less(frequency: float, k: int = k) -> float:
             return -float(_powers(frame.time - begin, value[[k]], weight[[k]], np.array([frequency]))[0, 0])
 
-        best = float(frequencies[int(np.argmax(coarse[k]))])
-        near = max(best - step, float(frequencies[0])), best + step
-        fine = float(minimize_scalar(less, bounds=near, method="bounded").x)
-        gain, one = _beside(model, cycle(model.channel, times, 1.0 / fine, begin, end))
+        # what the model calibrated without it has taken of the wave may have made another line the highest
+        found = []
+        for line in _lines(coarse[k]):
+            best = float(frequencies[line])
+            near = max(best - step, float(frequencies[0])), best + step
+            fine = float(minimize_scalar(less, bounds=near, method="bounded").x)
+            found.append((*_beside(model, cycle(model.channel, times, 1.0 / fine, begin, end)), fine))
+        gain, one, fine = max(found, key=lambda each: each[0])
         if not gain > price_of_period(one.regressor):
             continue
-        # what the model calibrated without it has taken of the wave has moved the period
+        # and it has moved the period
         move, moves = step, MOST_MOVES
         while move > SMALLEST_MOVE * step and moves:
             moves -= 1
             tried = [f for f in (fine - move, fine + move) if f >= frequencies[0]]
             further = [(*_beside(model, cycle(model.channel, times, 1.0 / f, begin, end)), f) for f in tried]
-            best_gain, better, frequency = max(further, key=lambda found: found[0])
+            best_gain, better, frequency = max(further, key=lambda each: each[0])
             if best_gain > gain:
                 gain, one, fine = best_gain, better, frequency
             else:
                 move *= 0.5
         yield one
+
+
+def _lines(powers: FloatArray) -> list[int]:
+    """The highest lines of a spectrum (f,), highest first: recordings with gaps between them show a cycle at other
+    periods as well.
+    """
+    inner = np.concatenate(([-np.inf], powers, [-np.inf]))
+    tops = np.flatnonzero((powers >= inner[:-2]) & (powers > inner[2:]))
+    return [int(k) for k in tops[np.argsort(-powers[tops])][:MOST_LINES]]
 
 
 def _beside(model: ChannelModel, regressor: Free) -> tuple[float, Block]:

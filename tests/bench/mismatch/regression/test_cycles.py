@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from bench.mismatch.regression.cycles import SHORTEST_S, _frequencies, cycle_of, in_cycles, price_of_period
+from bench.mismatch.regression import cycles
+from bench.mismatch.regression.cycles import (
+    MOST_LINES,
+    SHORTEST_S,
+    _frequencies,
+    _lines,
+    cycle_of,
+    in_cycles,
+    price_of_period,
+)
 from bench.mismatch.regression.search import begun, searched
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.tables import from_json
@@ -38,6 +48,35 @@ def test_the_period_is_found() -> None:
     assert one is not None
     # two hundredths of a period over the whole campaign
     assert one.period == pytest.approx(PERIOD, rel=0.02 * PERIOD / float(np.ptp(frame.time)))
+
+
+def test_another_line_of_the_spectrum_may_be_the_cycle(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What the simulation has taken of the wave may leave another line higher than its own."""
+    frame = often()
+    model = begun(problem(frame, measured(frame, 0.1))).model
+    plain, other = cycles._powers, 1.0 / (0.8 * PERIOD)
+
+    def raised(time: FloatArray, values: FloatArray, weights: FloatArray, frequencies: FloatArray) -> FloatArray:
+        powers = plain(time, values, weights, frequencies)
+        if frequencies.size > 1:
+            powers[:, np.argmin(np.abs(frequencies - other))] = 2.0 * powers.max()
+        return powers
+
+    monkeypatch.setattr(cycles, "_powers", raised)
+    (block,) = in_cycles(model, ("d",))
+    one = cycle_of(block.regressor)
+    assert one is not None
+    assert one.period == pytest.approx(PERIOD, rel=0.02 * PERIOD / float(np.ptp(frame.time)))
+
+
+@pytest.mark.parametrize("size", [0, 1, 30])
+def test_the_lines_of_a_spectrum_are_its_tops_the_highest_first(size: int) -> None:
+    powers = np.random.default_rng(size).uniform(size=size)
+    lines = _lines(powers)
+    assert len(lines) <= MOST_LINES
+    assert size == 0 or lines[0] == int(np.argmax(powers))
+    assert all(a >= b for a, b in itertools.pairwise(powers[lines]))
+    assert not any(abs(a - b) == 1 for a in lines for b in lines)
 
 
 @pytest.mark.parametrize("periods", [2.4, 2.6, 3.3])
