@@ -41,7 +41,7 @@ from bench.mismatch.transmission import Task, ask_for_tone
 from bench.mismatch.unnamed.structure import examine
 from bench.mismatch.who_reads_wrong import as_reported, mark, mark_load, of_load_motor, of_shaft, on_shaft
 from bench.simulation.frame import FloatArray
-from bench.simulation.memory import campaign_lag, lag
+from bench.simulation.memory import lag, loss_lag
 from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
 from bench.simulation.terms.thermal.sensor_lag import lags_of
 
@@ -285,10 +285,11 @@ def behind_of(model: ChannelModel) -> FloatArray | None:
     for chosen in model.chosen:
         regressor = chosen.main.regressor
         if chosen.effect == LAG and isinstance(regressor, Named):
-            follow = campaign_lag if regressor.form.remembers else lag
             per_capacity = float(model.fit.of(chosen.main.indices)[0][0])
             for constant, share in lags_of(regressor.point):
-                followed = share * constant * per_capacity * follow(frame.power, frame, constant)
+                remembers = regressor.form.remembers
+                late = loss_lag(frame, constant) if remembers else lag(frame.power, frame, constant)
+                followed = share * constant * per_capacity * late
                 out = followed + (0.0 if out is None else out)
     return out
 

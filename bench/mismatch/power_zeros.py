@@ -46,6 +46,8 @@ REPORTED = {GAIN: REPORTED_GAIN, UNNAMED: UNKNOWN, LIFTED: "load.unbalance"}
 """effects that may be errors of the reported motor torque, or lift a mass: no part of it that is lost. They are asked
 for only where they were found
 """
+NO_LOSS = {STORED, *REPORTED}
+"""parts of the loss, as the nominal simulation calculates it, that may be none"""
 CONSTANT = {MOTOR_TORQUE: "motor.torque_offset", LOAD_TORQUE: "load.torque_offset"}
 """term whose constant is a channel's zero"""
 
@@ -154,13 +156,14 @@ def _likeliest(sets: Sequence[Sequence[str]], energies: Sequence[FloatArray]) ->
     """Which of some sets of zeros is taken, by the squares that each leaves of the recordings (recordings,).
 
     Of those that leave no more than the best beyond the standard error of the difference, one with the zero of the load
-    torque, which is the sensor's (bench-physics, "Nominal simulation" 4); of these one with the fewest errors of the
-    report; of these the one that leaves least: the zeros are measured already, and none is fitted here.
+    torque, which is the sensor's (bench-physics, "Nominal simulation" 4); of these one with the fewest parts of the
+    nominal loss that are said to be none (errors of the report, the energy of the shaft); of these the one that leaves
+    least: the zeros are measured already, and none is fitted here.
     """
     best = energies[int(np.argmin([energy.sum() for energy in energies]))]
     more = [apart(energy, best) for energy in energies]
     near = [k for k, (beyond, error) in enumerate(more) if beyond <= criteria.ONE_ERROR * error]
-    return min(near, key=lambda k: (LOAD not in sets[k], len(set(sets[k]) & set(REPORTED)), float(energies[k].sum())))
+    return min(near, key=lambda k: (LOAD not in sets[k], len(set(sets[k]) & NO_LOSS), float(energies[k].sum())))
 
 
 def of_recordings(which: Sequence[str], channel: str) -> bool:

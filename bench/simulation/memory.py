@@ -220,6 +220,26 @@ def campaign_lag(x: FloatArray, frame: Frame, constant: float) -> FloatArray:
     return np.asarray(_campaign_lag(np.ascontiguousarray(x), frame.time, constant))
 
 
+def loss_lag(frame: Frame, constant: float) -> FloatArray:
+    """First-order lag of the loss, W, that goes on between recordings: before one that begins at rest nothing is lost,
+    before another the loss runs straight from one value to the next.
+    """
+    loss = frame.power
+    if not isinstance(loss, np.ndarray) or frame.memory is not None:
+        return campaign_lag(loss, frame, constant)
+    starts = recording_starts(frame)[:-1]
+    resting = starts[frame.direction[starts] == 0]
+    half = frame.elapsed[resting]
+    begins = frame.time[resting] - half
+    # the one before ends half a row after the middle of its last
+    ended = np.minimum(np.where(resting > 0, frame.time[resting - 1] + half, -np.inf), begins)
+    ended = np.maximum(ended, np.where(resting > 0, frame.time[resting - 1], begins))
+    at = np.repeat(resting, 2)
+    time = np.insert(frame.time, at, np.column_stack([ended, np.maximum(begins, ended)]).ravel())
+    out = _campaign_lag(np.insert(loss, at, 0.0), time, constant)
+    return np.asarray(np.delete(out, at + np.arange(at.size)))
+
+
 @numba.njit(cache=True)
 def _campaign_lag(x: FloatArray, time: FloatArray, constant: float) -> FloatArray:
     out = np.empty(x.size)

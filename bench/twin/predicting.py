@@ -89,21 +89,29 @@ class Predicting:
         ready = prepare(recording, self._number, self._folder, self._travelled)
         self._number += 1
         self._travelled = float(ready.frame.travel[-1])
-        campaign = {}
+        own = {
+            channel: _rows(ready, channel, self._folder.manner)
+            for channel, spec in CHANNELS.items()
+            if channel in ready.measured and all(name in recording.specs for name in spec.made_of)
+        }
+        campaign, known = {}, own
         if self._predictor.remembers:
             self._rows.add(ready, frozenset(CHANNELS), self._folder.manner)
-            campaign = {channel: self._rows.joined(channel).frame for channel in self._rows.rows}
+            known = {channel: self._rows.joined(channel) for channel in self._rows.rows}
+            campaign = {channel: rows.frame for channel, rows in known.items()}
+        # what is no heat is taken off the loss, as where the model was calibrated
+        zeros = self._predictor.zeros(known)
         out = {}
-        for channel, spec in CHANNELS.items():
-            if channel not in ready.measured or not all(name in recording.specs for name in spec.made_of):
-                continue
-            rows = _rows(ready, channel, self._folder.manner)
+        for channel, rows in own.items():
             lacking = self._predictor.missing(channel, rows.frame)
             if lacking:
                 self.without[channel] = f"the model has no numbers for {', '.join(lacking)}"
                 continue
-            start = at_start(rows.frame, rows.y) if channel == TEMPERATURE else None
-            predicted = self._predictor.channel(channel, rows.frame, start, campaign)
+            frame, start, whole = rows.frame, None, campaign
+            if channel == TEMPERATURE:
+                frame, start = zeros.less(rows.frame), at_start(rows.frame, rows.y)
+                whole = campaign | ({channel: zeros.less(campaign[channel])} if channel in campaign else {})
+            predicted = self._predictor.channel(channel, frame, start, whole)
             out[channel] = (rows.y - predicted, rows)
         return out
 

@@ -137,7 +137,10 @@ class Campaign:
         for effect in self.effects:
             effect.rest(world, clock)
         course = self._warm(world, step, np.zeros(count), history)
-        history.probe = self._lagged(course, step, history.probe)[1]
+        # a thermometer that lags by seconds is followed as closely as in a recording
+        close = np.linspace(0.0, seconds, max(int(np.ceil(seconds / _COARSE_S)), 1) + 1)
+        course = np.interp(close, step * np.arange(count + 1), course)
+        history.probe = self._lagged(course, float(close[1]), history.probe)[1]
         history.clock += seconds
 
     def _lagged(self, course: Floats, step: float, start: list[float]) -> tuple[Floats, list[float]]:

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.simulation.memory import campaign_lag, integral, lag, play, relaxing, warmed_between
+from bench.simulation.memory import campaign_lag, integral, lag, loss_lag, play, relaxing, warmed_between
 from bench.simulation.quantities import QUICK_WARMING_S, SLOW_WARMING_S, WARMING_S, quantity
 from bench.simulation.terms.loops import BETWEEN
 from tests.bench.simulation.terms.frames import ROWS, STEP_S, frame
@@ -121,3 +121,16 @@ def test_only_rises_between_recordings_are_summed_up() -> None:
     expected = np.cumsum(np.maximum(np.diff(begins, prepend=begins[0] + 1.0) - 1.0, 0.0))
     assert np.array_equal(summed, expected[FRAME.recording])
     assert np.array_equal(warmed_between(rows.take(at > 0)), (expected - expected[1])[FRAME.recording[at > 0]])
+
+
+def test_before_a_recording_that_begins_at_rest_nothing_is_lost() -> None:
+    starts = np.flatnonzero(np.diff(FRAME.recording, prepend=-1))
+    moving = replace(FRAME, power=np.full(FRAME.size, 50.0))
+    assert loss_lag(moving, 3.0) == pytest.approx(campaign_lag(moving.power, moving, 3.0))
+    direction = moving.direction.copy()
+    direction[starts[1:]] = 0.0
+    rests = loss_lag(replace(moving, direction=direction), 3.0)
+    # the pause is long: of what was lost before nothing is left, and the lag begins anew
+    since = FRAME.elapsed[starts[1] : starts[2]]
+    assert rests[starts[1] : starts[2]] == pytest.approx(50.0 * (1.0 - np.exp(-since / 3.0)), abs=0.5)
+    assert rests[: starts[1]] == pytest.approx(np.full(starts[1], 50.0))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.memory import campaign_lag, integral, lag
+from bench.simulation.memory import integral, lag, loss_lag
 from bench.simulation.terms.base import TEMPERATURE, Form, Point, Symbol, Term, columns, logarithmic
 from bench.simulation.terms.nominal.thermal import LOSS_HEATING
 
@@ -24,7 +24,7 @@ def _lagging(frame: Frame, point: Point) -> FloatArray:
 
 def _lagging_on(frame: Frame, point: Point) -> FloatArray:
     # what a warm-up has not yet brought to the sensor comes in the recordings after it
-    return columns(-integral(frame.power - campaign_lag(frame.power, frame, point[0]), frame) - frame.lead)
+    return columns(-integral(frame.power - loss_lag(frame, point[0]), frame) - frame.lead)
 
 
 def lags_of(point: Point) -> tuple[tuple[float, float], ...]:
@@ -41,7 +41,7 @@ def _two_grid(frame: Frame) -> tuple[Point, ...]:
 
 def _two_lagging_on(frame: Frame, point: Point) -> FloatArray:
     (fast, of_fast), (slow, of_slow) = lags_of(point)
-    late = of_fast * campaign_lag(frame.power, frame, fast) + of_slow * campaign_lag(frame.power, frame, slow)
+    late = of_fast * loss_lag(frame, fast) + of_slow * loss_lag(frame, slow)
     return columns(-integral(frame.power - late, frame) - frame.lead)
 
 
@@ -53,7 +53,7 @@ SHARE = Symbol("g", "1", "share of the second time constant", 0.0, 1.0)
 # in a pocket, or where heat creeps along its sheath, a sensor has no one time constant
 _TWO = (
     "dT/dt -= 1/C*(P - (1 - g)*P_1 - g*P_2), tau_s*dP_1/dt = P - P_1, tau_2*dP_2/dt = P - P_2, P: loss, P_1 and P_2 go"
-    " on between recordings"
+    " on between recordings, with P = 0 before one that begins at rest"
 )
 # the sensor is late by what heats, so the heat capacity is that of the lubricant
 _LAG = "dT/dt -= 1/C*(P - P_s), tau_s*dP_s/dt = P - P_s, P: loss"
@@ -82,7 +82,7 @@ TERM = Term(
                 (TAU,),
                 _grid,
                 remembers=True,
-                equation=f"{_LAG}, P_s goes on between recordings",
+                equation=f"{_LAG}, P_s goes on between recordings, with P = 0 before one that begins at rest",
                 shares=LOSS_HEATING.effect,
             ),
             Form(
