@@ -19,6 +19,8 @@ def aim_heat(p: Any, s: Any) -> None:
     if p.ambient_period > 0.0:
         phase = 2.0 * math.pi * time / p.ambient_period
         s.surroundings += p.ambient_cosine * math.cos(phase) + p.ambient_sine * math.sin(phase)
+    if p.ambient_settling > 0.0 and time > p.ambient_begin:
+        s.surroundings += p.ambient_change * (1.0 - math.exp((p.ambient_begin - time) / p.ambient_settling))
     s.cooling = 1.0 / (p.heat_resistance * p.heat_capacity)
     if p.speed_cooling > 0.0:
         s.cooling += p.speed_cooling * abs(s.te_velocity * p.ratio / 100.0) ** p.speed_exponent

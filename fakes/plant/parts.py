@@ -66,6 +66,12 @@ class Heat:
     ambient_sine: float = 0.0
     ambient_period: float = 0.0
     """s, 0: no wave"""
+    ambient_change: float = 0.0
+    """change of the surroundings in the end, K, such as by a heating that is switched on"""
+    ambient_begin: float = 0.0
+    """time after which they change, s"""
+    ambient_settling: float = 0.0
+    """time constant of that, s, 0: no change"""
     speed_cooling: float = 0.0
     """further cooling at 100 rad/s of the motor, 1/s"""
     speed_exponent: float = 1.0

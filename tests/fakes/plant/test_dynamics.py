@@ -176,6 +176,13 @@ def test_further_ways_of_heat(truth: PlantTruth) -> None:
     drifting.step(rest)
     assert drifting.state["surroundings"] == pytest.approx(20.0 + 0.1 * 10.0 - 2.0, abs=0.01)
 
+    switched = replace(plain, ambient_change=5.0, ambient_begin=4.0, ambient_settling=3.0)
+    settling = Plant(replace(bare, heat=switched))
+    settling.step(commands(3.0))
+    assert settling.state["surroundings"] == pytest.approx(20.0)
+    settling.step(commands(7.0))
+    assert settling.state["surroundings"] == pytest.approx(20.0 + 5.0 * (1.0 - np.exp(-2.0)), abs=0.01)
+
     # the second mass starts as warm as the first; both share what came in when the first is heated
     shared = Plant(replace(bare, heat=replace(plain, housing_rate=0.5, housing_time=1.0)), seed=1)
     shared.faults.set("heating_external", 500.0, until_s=2.0)
