@@ -115,7 +115,7 @@ def formulas_of(simulation: Simulation, standstill: float = 1e-3) -> Formulas:
                 f"{'it' if len(missing) == 1 else 'them'}, and the simulation has no numbers for "
                 f"{'it' if len(missing) == 1 else 'them'}"
             )
-    if (set(SINGLE) - {REST}) & set(writer.predictor.takes_zeros) and OUTPUT + TEMPERATURE in outputs:
+    if set(SINGLE) & set(writer.predictor.takes_zeros) and OUTPUT + TEMPERATURE in outputs:
         notes.append(
             f"{TEMPERATURE} is without the zeros of single recordings that the analysis took off the loss: they belong "
             "to those recordings, and a new one has others"
@@ -181,6 +181,8 @@ class _Writer:
                 out.append(named.effect)
         if channel == TRANSMISSION_ERROR and given.orders and series is None:
             out.append("te.fourier")
+        if channel == TEMPERATURE and REST in self.predictor.takes_zeros:
+            out += self.missing(MOTOR_TORQUE)
         return out + list(given.unsettled.get(channel, ()))
 
     def channel(self, channel: str) -> Written:
@@ -275,7 +277,7 @@ class _Writer:
 
     def _less(self, frame: Frame) -> Frame:
         """The frame with the loss less what the simulation takes off it, but for the zeros of single recordings."""
-        which = [name for name in self.predictor.takes_zeros if name == REST or name not in SINGLE]
+        which = [name for name in self.predictor.takes_zeros if name not in SINGLE]
         known = self.given.known.get(MOTOR_TORQUE, ())
         motor = [k for name in which if name in REPORTED for k in reported_by(known, name)]
         # the power that speeds the motor up is that of the torque of its inertia

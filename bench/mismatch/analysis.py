@@ -287,8 +287,8 @@ def behind_of(model: ChannelModel) -> FloatArray | None:
         if chosen.effect == LAG and isinstance(regressor, Named):
             per_capacity = float(model.fit.of(chosen.main.indices)[0][0])
             for constant, share in lags_of(regressor.point):
-                remembers = regressor.form.remembers
-                late = loss_lag(frame, constant) if remembers else lag(frame.power, frame, constant)
+                kept = regressor.form.remembers
+                late = loss_lag(frame, constant) if kept else lag(frame.power, frame, constant)
                 followed = share * constant * per_capacity * late
                 out = followed + (0.0 if out is None else out)
     return out
@@ -337,16 +337,15 @@ def _heat(out: Analysis, data: Dataset, given: Given, rows: Rows, seed: int, ban
         nameless: tuple[BaseTerm, ...] = ()
         if MOTOR_TORQUE in models:
             nameless = (*nameless_heat(models[MOTOR_TORQUE], capacity), *gain_heat(models[MOTOR_TORQUE], capacity))
-        if unsure is not None and unsure.indices and of_model(out.zeros.which):
-            acts = replace(unsure, whole=REST in out.zeros.which, less=out.zeros.effects)
-            nameless = (*nameless, acts.term(capacity)) if acts.indices else nameless
+            unsure = CalibrationHeat(models[MOTOR_TORQUE], whole=REST in out.zeros.which, less=out.zeros.effects)
+            if of_model(out.zeros.which) and unsure.indices:
+                nameless = (*nameless, unsure.term(capacity))
         if LOAD_TORQUE in models:
             nameless = (*nameless, *nameless_load_heat(models[LOAD_TORQUE], capacity))
         nuisances = (wandering_zero(data, less, zero, capacity, row), *nameless)
         return searched(problem_of(data, given, TEMPERATURE, less, banned, nuisances), seed)
 
     out.zeros = zeros_chosen(models, problem)
-    unsure = CalibrationHeat(models[MOTOR_TORQUE]) if MOTOR_TORQUE in models else None
     first = search()
     found = [block for chosen in first.model.chosen if chosen.effect != UNKNOWN for block in chosen.blocks]
     again = zeros_chosen(models, problem, found) if found else out.zeros

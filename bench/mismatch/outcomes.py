@@ -128,13 +128,13 @@ def of_transmission(model: TransmissionModel, data: Dataset, seed: int, formulas
     if model.periodic is not None and outcome.held_out.any():
         chosen = np.flatnonzero(outcome.held_out)[:: max(1, int(outcome.held_out.sum()) // MOST_ROWS)]
         part = frame.take(chosen)
-        x = np.column_stack([part.torque, part.velocity, part.temperature])
+        x = part.states
         outcome.doubt = float(np.mean(model.periodic.series.variance(x, part.last_direction)))
         outcome.doubt += uncertainty(offset_model, frame, outcome.held_out, model.rows.number)
     outcome.levels = offset_model.fit.variance
     outcome.discoveries += found
     left = model.rows.y - periodic
-    told = of_regression(offset, slots, level, model.compared, frame, left, model.recorded)
+    told = of_regression(offset, slots, level, model.compared, frame, left)
     calibrated = offset_model.calibrated
     outcome.discoveries += [
         replace(

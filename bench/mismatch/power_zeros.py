@@ -3,11 +3,11 @@
 The loss is the difference of two large powers, abs(τ_m·ω_m − τ·q̇) (bench-physics, "Nominal simulation" 3). A torque
 sensor's zero of 3 N·m at heating speed is 3 W of 100; a drive's zero moves a little from recording to recording. The
 simulation's constants τ_0 and z_0, and what the torque models leave of each recording's mean, tell these zeros. What
-the motor torque's model leaves at every moment tells slow noise of its report as well. In
-that difference is the power that speeds the motor up, J·ω_m·dω_m/dt, as well, which is no heat. A gain error or a
-saturation of the reported motor torque, where one was found, makes the loss wrong in the same way; so may what was
-found there without a name, if it is an error of the report and no torque; and what lifts an unbalanced mass is given
-back. Whether heat flows as if they were taken off is asked of the temperature itself.
+the motor torque's model leaves at every moment tells slow noise of its report as well. In that difference is the power
+that speeds the motor up, J·ω_m·dω_m/dt, as well, which is no heat. A gain error or a saturation of the reported motor
+torque, where one was found, makes the loss wrong in the same way; so may what was found there without a name, if it is
+an error of the report and no torque; and what lifts an unbalanced mass is given back. Whether heat flows as if they
+were taken off is asked of the temperature itself.
 """
 
 from __future__ import annotations
@@ -32,16 +32,16 @@ from bench.mismatch.regression.problem import NUISANCE, BaseTerm, ChannelProblem
 from bench.mismatch.regression.regressors import UNKNOWN
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.heat_rates import HEATING, LESS, TAKEN_OFF
-from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE
+from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE
 
 EFFECT, KEY = HEATING, LESS
 """term of a simulation file that says what is taken off, and its key there"""
 LOAD, MOTOR, RECORDINGS, LOADS_RECORDINGS, REST, STORED, GAIN, UNNAMED, LIFTED = TAKEN_OFF
 WHICH = (LOAD, MOTOR, RECORDINGS, LOADS_RECORDINGS, REST, STORED)
-SINGLE = (RECORDINGS, LOADS_RECORDINGS, REST)
-"""those that may hold a recording's own zeros, of which one is taken off at most: of both torques, of the load torque
-alone, or all that the motor torque's model leaves at every moment, in which both are
-"""
+SINGLE = (RECORDINGS, LOADS_RECORDINGS)
+"""those that belong to single recordings: of both torques, or of the load torque alone"""
+ONE_AT_MOST = (*SINGLE, REST)
+"""those of which one is taken off at most: in what the motor torque's model leaves at every moment both of these are"""
 REPORTED = {GAIN: REPORTED_GAIN, UNNAMED: UNKNOWN, LIFTED: "load.unbalance"}
 """effects that may be errors of the reported motor torque, or lift a mass: no part of it that is lost. They are asked
 for only where they were found
@@ -96,13 +96,17 @@ class Zeros:
         out = np.full(frame.size, self.constant.get(channel, 0.0) if constant in self.which else 0.0)
         if of_recordings(self.which, channel):
             out += _at_rows(self.levels.get(channel, {}), frame)
-        if channel == MOTOR_TORQUE and REST in self.which and self.modelled is not None:
-            out += np.where(goes_on(frame), frame.motor_torque - self.modelled(frame), 0.0)
         if channel == MOTOR_TORQUE:
+            if REST in self.which and self.modelled is not None:
+                out += np.where(goes_on(frame), frame.motor_torque - self.modelled(frame), 0.0)
             for known in (k for name in self.which for k in self.reported.get(name, ())):
                 assert known.coefficients is not None
                 out += known.regressor.columns(frame) @ known.coefficients
         return out
+
+    def of_campaign(self, frames: Mapping[str, Frame]) -> dict[str, Frame]:
+        """Rows of a campaign by channel, those of the temperature with the loss that is left."""
+        return {channel: self.less(f) if channel == TEMPERATURE else f for channel, f in frames.items()}
 
     def less(self, frame: Frame) -> Frame:
         """The frame with the loss that is left when the zeros are taken off."""
@@ -126,7 +130,7 @@ def chosen(models: Mapping[str, ChannelModel], problem: ChannelProblem, found: S
     lacking = {STORED: known.inertia <= 0.0, REST: known.modelled is None}
     names = (*(name for name in WHICH if not lacking.get(name, False)), *known.reported)
     sets = [s for n in range(len(names) + 1) for s in itertools.combinations(names, n)]
-    sets = [s for s in sets if len(set(SINGLE) & set(s)) < 2]
+    sets = [s for s in sets if len(set(ONE_AT_MOST) & set(s)) < 2]
     tried = [replace(known, which=which) for which in sets]
     return tried[_likeliest(sets, [left_out(problem, zeros, found) for zeros in tried])]
 

@@ -319,9 +319,7 @@ def predictions_of(
             rows.add(ready, frozenset(CHANNELS), folder.manner)
     joined = {channel: rows.joined(channel) for channel in rows.rows}
     zeros = predictor.zeros(joined)
-    campaign = {channel: part.frame for channel, part in joined.items()}
-    if TEMPERATURE in campaign:
-        campaign[TEMPERATURE] = zeros.less(campaign[TEMPERATURE])
+    campaign = zeros.of_campaign({channel: part.frame for channel, part in joined.items()})
     for number, part in enumerate(whole):
         if only is not None and number != only:
             continue

@@ -72,7 +72,7 @@ def rmse(
     pieces = {m.index: m for m in members}
     campaign = {channel: rows.frame for channel, rows in data.rows.items()}
     zeros = {name: predictor.zeros(data.rows) for name, predictor in predictors.items()}
-    heated = {name: zero.less(campaign[TEMPERATURE]) for name, zero in zeros.items() if TEMPERATURE in campaign}
+    heated = {name: zero.of_campaign(campaign) for name, zero in zeros.items()}
     for part in prepared_members(data, pieces):
         for channel, channel_sums in sums.items():
             if channel not in part.measured or not _may(channel, part, data):
@@ -92,7 +92,7 @@ def rmse(
                     continue
                 frame, whole = side.frame, campaign
                 if channel == TEMPERATURE:
-                    frame, whole = zeros[name].less(frame), campaign | {channel: heated[name]}
+                    frame, whole = zeros[name].less(frame), heated[name]
                 values = predictor.channel(channel, frame, side.start, whole)
                 if channel == TRANSMISSION_ERROR:
                     values = values + silent(side, values, data.folder.notch)

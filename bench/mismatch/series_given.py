@@ -87,7 +87,7 @@ def _waves(given: Given, frame: Frame) -> Iterator[tuple[IntArray, FourierSet, F
     of the orders with their laws (k, n).
     """
     model = given.simulation.transmission_error()
-    x = np.column_stack([frame.torque, frame.velocity, frame.temperature])
+    x = frame.states
     for sign in (1.0, -1.0):
         series = None if model is None else model.direction(sign)
         rows = np.flatnonzero(frame.last_direction > 0 if sign > 0 else frame.last_direction <= 0)

@@ -85,7 +85,9 @@ class Frame:
     steady: FloatArray
     """1 inside a steady segment"""
     step: FloatArray
-    """time from the row before to this one; 0 in the first row of a recording"""
+    """time that the samples of this row take, s: of a row that is a sample, from the one before; the first sample of a
+    recording counts as 0
+    """
     aux: Mapping[str, FloatArray] = field(default_factory=dict)
     """quantities that are no channel of the bench, by name"""
     memory: Memory | None = None
@@ -102,6 +104,11 @@ class Frame:
     def omega(self) -> FloatArray:
         """Speed of the input motor's shaft, rad/s."""
         return self.velocity * self.ratio
+
+    @property
+    def states(self) -> FloatArray:
+        """Torque, velocity and temperature of each row (n, 3): what amplitudes, phases and the offset depend on."""
+        return np.column_stack([self.torque, self.velocity, self.temperature])
 
     def take(self, rows: NDArray[np.bool_] | IntArray | slice) -> Frame:
         """Return the frame of the rows chosen."""

@@ -172,7 +172,14 @@ def lag(x: FloatArray, frame: Frame, constant: float) -> FloatArray:
     """First-order lag of x with the time constant ``constant`` in s, from the recording's first value."""
     if not isinstance(x, np.ndarray):
         return x.remembered("lag", constant)
-    return np.asarray(_lag(np.ascontiguousarray(x), frame.step, recording_starts(frame), constant))
+    return np.asarray(_lag(np.ascontiguousarray(x), _apart(frame), recording_starts(frame), constant))
+
+
+def _apart(frame: Frame) -> FloatArray:
+    """Time from the middle of the row before (n,), s: a last row that is shorter lasts less than it is apart. In the
+    first row of a recording it says nothing.
+    """
+    return np.diff(frame.time, prepend=frame.time[:1])
 
 
 def integral(x: FloatArray, frame: Frame) -> FloatArray:
@@ -180,7 +187,7 @@ def integral(x: FloatArray, frame: Frame) -> FloatArray:
     if not isinstance(x, np.ndarray):
         return x.remembered("integral")
     before = np.concatenate((x[:1], x[:-1]))
-    area = 0.5 * (x + before) * frame.step
+    area = 0.5 * (x + before) * _apart(frame)
     starts = recording_starts(frame)[:-1]
     area[starts] = 0.0
     total = np.cumsum(area)
@@ -196,18 +203,12 @@ def warmed_between(frame: Frame) -> FloatArray:
         return frame.temperature * 0.0  # one motion without recordings, and nothing between them
     whole = gone_through(frame)
     starts = recording_starts(whole)
-    ends = [whole.temperature[a:b] for a, b in itertools.pairwise(starts)]
-    first, last = (
-        np.array([np.mean(part) for part in side]) for side in ([e[:FEW] for e in ends], [e[-FEW:] for e in ends])
-    )
-    order = np.argsort(whole.time[starts[:-1]], kind="stable")
-    warmer = np.zeros(order.size)
+    each = [whole.temperature[a:b] for a, b in itertools.pairwise(starts)]
+    first, last = np.array([part[:FEW].mean() for part in each]), np.array([part[-FEW:].mean() for part in each])
     # a reading that is missing tells no rise
-    warmer[order[1:]] = np.nan_to_num(np.maximum(first[order[1:]] - last[order[:-1]], 0.0))
-    total = np.empty(order.size)
-    total[order] = np.cumsum(warmer[order])
+    warmer = np.nan_to_num(np.maximum(first[1:] - last[:-1], 0.0))
     by_recording = np.zeros(int(whole.recording.max()) + 1)
-    by_recording[whole.recording[starts[:-1]]] = total
+    by_recording[whole.recording[starts[:-1]]] = np.append(0.0, np.cumsum(warmer))
     return np.asarray(by_recording[frame.recording])
 
 
@@ -231,11 +232,12 @@ def loss_lag(frame: Frame, constant: float) -> FloatArray:
     resting = starts[frame.direction[starts] == 0]
     half = frame.elapsed[resting]
     begins = frame.time[resting] - half
+    before = np.where(resting > 0, frame.time[resting - 1], begins)
+    begins = np.maximum(begins, before)
     # the one before ends half a row after the middle of its last
-    ended = np.minimum(np.where(resting > 0, frame.time[resting - 1] + half, -np.inf), begins)
-    ended = np.maximum(ended, np.where(resting > 0, frame.time[resting - 1], begins))
+    ended = np.minimum(before + half, begins)
     at = np.repeat(resting, 2)
-    time = np.insert(frame.time, at, np.column_stack([ended, np.maximum(begins, ended)]).ravel())
+    time = np.insert(frame.time, at, np.column_stack([ended, begins]).ravel())
     out = _campaign_lag(np.insert(loss, at, 0.0), time, constant)
     return np.asarray(np.delete(out, at + np.arange(at.size)))
 

@@ -94,24 +94,23 @@ class Predicting:
             for channel, spec in CHANNELS.items()
             if channel in ready.measured and all(name in recording.specs for name in spec.made_of)
         }
-        campaign, known = {}, own
+        known = own
         if self._predictor.remembers:
             self._rows.add(ready, frozenset(CHANNELS), self._folder.manner)
             known = {channel: self._rows.joined(channel) for channel in self._rows.rows}
-            campaign = {channel: rows.frame for channel, rows in known.items()}
         # what is no heat is taken off the loss, as where the model was calibrated
         zeros = self._predictor.zeros(known)
+        campaign = zeros.of_campaign({channel: rows.frame for channel, rows in known.items()})
         out = {}
         for channel, rows in own.items():
             lacking = self._predictor.missing(channel, rows.frame)
             if lacking:
                 self.without[channel] = f"the model has no numbers for {', '.join(lacking)}"
                 continue
-            frame, start, whole = rows.frame, None, campaign
+            frame, start = rows.frame, None
             if channel == TEMPERATURE:
-                frame, start = zeros.less(rows.frame), at_start(rows.frame, rows.y)
-                whole = campaign | ({channel: zeros.less(campaign[channel])} if channel in campaign else {})
-            predicted = self._predictor.channel(channel, frame, start, whole)
+                frame, start = zeros.less(frame), at_start(frame, rows.y)
+            predicted = self._predictor.channel(channel, frame, start, campaign)
             out[channel] = (rows.y - predicted, rows)
         return out
 

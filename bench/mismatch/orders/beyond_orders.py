@@ -35,7 +35,7 @@ def beyond_orders(
             continue
         if fitted.size > MOST_ROWS:
             fitted = fitted[np.round(np.linspace(0, fitted.size - 1, MOST_ROWS)).astype(int)]
-        states = _states(frame, fitted)
+        states = frame.states[fitted]
         scaling = Scaling.of(states, states)
         normal = Normal()
         normal.add([_columns(regressors, frame, fitted, scaling, orders)], values[fitted], number[fitted])
@@ -46,17 +46,13 @@ def beyond_orders(
     return out
 
 
-def _states(frame: Frame, rows: IntArray) -> FloatArray:
-    return np.column_stack([frame.torque[rows], frame.velocity[rows], frame.temperature[rows]])
-
-
 def _columns(
     regressors: Sequence[Regressor], frame: Frame, rows: IntArray, scaling: Scaling, orders: Sequence[float]
 ) -> FloatArray:
-    basis = scaling.monomials(_states(frame, rows))
-    angles = frame.theta[rows, None] * np.asarray(orders)
-    waves = [part[:, :, None] * basis[:, None, :] for part in (np.cos(angles), np.sin(angles))]
     part = frame.take(rows)
+    basis = scaling.monomials(part.states)
+    angles = part.theta[:, None] * np.asarray(orders)
+    waves = [wave[:, :, None] * basis[:, None, :] for wave in (np.cos(angles), np.sin(angles))]
     own = [
         columns_at(regressor, frame, rows) if remembers(regressor) else regressor.columns(part)
         for regressor in regressors

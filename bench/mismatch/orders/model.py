@@ -433,7 +433,7 @@ def _problem(model: TransmissionModel, y: FloatArray) -> ChannelProblem:
     doubt, base = None, model.base
     if model.periodic is not None:
         frame = rows.frame
-        x = np.column_stack([frame.torque, frame.velocity, frame.temperature])
+        x = frame.states
         doubt, base = _unsure(model, rows, x, usable)
         # where the series, at a state that no revolution has shown, is as uncertain as a sample is noisy, it says
         # nothing; a series that is so everywhere still has a mean

@@ -160,7 +160,7 @@ class Periodic:
 
         def parts(chunk: slice) -> Iterator[tuple[int, IntArray, FloatArray, Complex]]:
             few = frame.take(chunk)
-            x = np.column_stack([few.torque, few.velocity, few.temperature])
+            x = few.states
             vectors = self._vectors(few)[:, columns]
             if new.any():
                 vectors[:, new] -= without._vectors(few)[:, columns][:, new]
@@ -209,7 +209,7 @@ class Periodic:
         return replace(self, laws=tuple(law for law in self.laws if law.effect != RESONANCE))._vectors(frame)
 
     def _vectors(self, frame: Frame) -> Complex:
-        x = np.column_stack([frame.torque, frame.velocity, frame.temperature])
+        x = frame.states
         out = self.series.vectors(x, frame.last_direction)
         for law in self.laws:
             out = out * factor(law, x, frame.time, self.series.orders)

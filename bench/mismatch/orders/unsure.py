@@ -159,7 +159,7 @@ def _slopes(
         if not rows.size:
             continue
         part = frame.take(rows)
-        x = np.column_stack([part.torque, part.velocity, part.temperature])
+        x = part.states
         basis = series.scaling[side].monomials(x)
         order = series.orders[k]
         rotation = np.exp(1j * (order * part.theta + basis @ series.phase[side][k]))

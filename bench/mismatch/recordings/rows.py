@@ -121,8 +121,6 @@ def heat_rows(prepared: Prepared) -> Rows:
     measured = prepared.measured["temperature"]
     mean, number = block_mean(measured.mean, measured.number, edges)
     frame = reduced(prepared.frame, edges)
-    # the last block is shorter: the middles of the rows are what the balance of heat is integrated between
-    frame = replace(frame, step=np.diff(frame.elapsed, prepend=frame.elapsed[:1]))
     heat = prepared.frame.count * integral(prepared.frame.power, prepared.frame)
     heat = np.add.reduceat(heat, edges) / frame.count
     frame = replace(frame, lead=heat - heat[0] - integral(frame.power, frame))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -42,25 +41,16 @@ def discoveries(
     number: FloatArray,
     frame: Frame | None = None,
     y: FloatArray | None = None,
-    recorded: FloatArray | None = None,
 ) -> list[Discovery]:
     """Every effect of the found model, with its alternatives in ``slots``, as a discovery.
 
     ``whole`` (n,): the model's prediction on the channel's rows, ``number`` (n,) the samples of each that are compared.
-    ``frame`` and ``y`` (n,), the measured values less all else, where these are not the search's own rows;
-    ``recorded`` (n,) the samples of each row, compared or not, of a channel that has a value at rest.
+    ``frame`` and ``y`` (n,), the measured values less all else, where these are not the search's own rows.
     """
     problem = search.model.problem
     rows = problem.rows.frame if frame is None else frame
     measured = problem.rows.y if y is None else y
-    found = [_discovery(search, slot, whole, number, rows, measured) for slot in slots]
-    if recorded is None:
-        return found
-    chosen = [slot.chosen for slot in slots]
-    return [
-        replace(d, everywhere=excess_of(search.model, effect, rows, recorded))
-        for d, effect in zip(found, chosen, strict=True)
-    ]
+    return [_discovery(search, slot, whole, number, rows, measured) for slot in slots]
 
 
 def _discovery(

@@ -28,16 +28,12 @@ def heirs_of(
     """
     problem = model.problem
     least = trusted(model)
-    frame, train = problem.rows.frame, problem.train
-    number = problem.rows.number[train]
-
-    def predicted(chosen: Sequence[Chosen]) -> FloatArray:
-        return np.asarray(model.predict(frame, chosen, model.refitted(chosen))[train])
+    number = problem.rows.number[problem.train]
 
     def same(one: FloatArray, other: FloatArray) -> bool:
         return apart(one, other) < least
 
-    nothing = predicted(others)
+    nothing = _predicted(model, others)
 
     def apart(one: FloatArray, name: FloatArray) -> float:
         return active_size(one - name, number)
@@ -46,7 +42,7 @@ def heirs_of(
         alike = apart(one, name) < criteria.SHAPE * active_size(name - nothing, number)
         return alike and not size_of(model, one - name).enough
 
-    predictions = [predicted([*others, one]) for one in contenders]
+    predictions = [_predicted(model, [*others, one]) for one in contenders]
     numbers = [numbers_of(c) for c in contenders]
     names = sorted((k for k, c in enumerate(contenders) if c.effect != UNKNOWN), key=lambda k: numbers[k])
     out: dict[int, int] = {}
@@ -80,12 +76,9 @@ def explains_most(model: ChannelModel, name: Chosen) -> bool:
     """Whether a name in the place of all functions without one leaves no more of what these say than nature's form of
     the name may differ from the library's.
     """
-    frame, train = model.problem.rows.frame, model.problem.train
-    number = model.problem.rows.number[train]
+    number = model.problem.rows.number[model.problem.train]
     named = [c for c in model.chosen if c.effect != UNKNOWN]
-    whole, one, nothing = (
-        model.predict(frame, chosen, model.refitted(chosen))[train] for chosen in (model.chosen, [*named, name], named)
-    )
+    whole, one, nothing = (_predicted(model, chosen) for chosen in (model.chosen, [*named, name], named))
     return active_size(whole - one, number) < criteria.SHAPE * active_size(whole - nothing, number)
 
 
@@ -93,12 +86,8 @@ def predict_alike(model: ChannelModel, others: Sequence[Chosen], effect: Chosen,
     """Whether two explanations predict what differs by next to nothing of what the first adds: evidence between them is
     that of their forms' corrections.
     """
-    frame, train = model.problem.rows.frame, model.problem.train
-    number = model.problem.rows.number[train]
-    plain, one, two = (
-        model.predict(frame, chosen, model.refitted(chosen))[train]
-        for chosen in (others, [*others, effect], [*others, other])
-    )
+    number = model.problem.rows.number[model.problem.train]
+    plain, one, two = (_predicted(model, chosen) for chosen in (others, [*others, effect], [*others, other]))
     return bool(np.sum(number * (one - two) ** 2) < criteria.ALIKE**2 * np.sum(number * (one - plain) ** 2))
 
 
@@ -112,10 +101,14 @@ def untold(model: ChannelModel, others: Sequence[Chosen], effect: Chosen, other:
     """
     if UNKNOWN in (effect.effect, other.effect):
         return False
-    frame, train = model.problem.rows.frame, model.problem.train
-    one, two = (model.predict(frame, c, model.refitted(c))[train] for c in ([*others, effect], [*others, other]))
+    one, two = (_predicted(model, chosen) for chosen in ([*others, effect], [*others, other]))
     apart = model.bank.less_offsets(model.bank.whitening.apply(one - two), model.fit.variance)
     return bool(0.5 * float(np.sum(apart**2)) < criteria.VERY_STRONG)
+
+
+def _predicted(model: ChannelModel, chosen: Sequence[Chosen]) -> FloatArray:
+    """What a model with some effects, fitted anew, says of the rows that are fitted (n,)."""
+    return np.asarray(model.predict(model.problem.rows.frame, chosen, model.refitted(chosen))[model.problem.train])
 
 
 def numbers_of(chosen: Chosen) -> int:

@@ -168,11 +168,7 @@ def _rates(frame: Frame) -> tuple[FloatArray, FloatArray]:
     within = np.ones(frame.size, dtype=bool)
     within[recording_starts(frame)[:-1]] = False  # there a step is from the recording before
     samples = np.bincount(frame.recording, frame.count)
-    lasting, between = frame.count, frame.step
-    if np.array_equal(between[within], np.diff(frame.elapsed)[within[1:]]):
-        # a step from middle to middle: half of the samples of both rows
-        lasting = 0.5 * (lasting + np.append(0.0, lasting[:-1]))
-    counted, seconds = (np.bincount(frame.recording, np.where(within, v, 0.0)) for v in (lasting, between))
+    counted, seconds = (np.bincount(frame.recording, np.where(within, v, 0.0)) for v in (frame.count, frame.step))
     usual = float(counted.sum()) / max(float(seconds.sum()), 1e-9)
     return np.asarray(samples, dtype=np.float64), np.where(seconds > 0.0, counted / np.maximum(seconds, 1e-9), usual)
 

@@ -133,7 +133,12 @@ def conclude(outcomes: Sequence[ChannelOutcome], data: Dataset) -> tuple[Finding
 def _named_elsewhere(found: Discovery, outcomes: Sequence[ChannelOutcome]) -> str | None:
     """An effect that explains something without a name as well, and that has been found in another channel."""
     others = {d.effect for o in outcomes if o.channel != found.channel for d in o.discoveries if d.status == NAMED}
-    return next((a.effect for a in found.alternatives if a.as_good and a.effect in others), None)
+    return _as_good_among(found, others)
+
+
+def _as_good_among(found: Discovery, effects: Collection[str]) -> str | None:
+    """The first of its alternatives that is as good as a discovery and one of some effects."""
+    return next((a.effect for a in found.alternatives if a.as_good and a.effect in effects), None)
 
 
 def _symbol(found: Discovery) -> str:
@@ -214,8 +219,7 @@ def _effect_beside(discovery: Discovery, sure: Collection[str]) -> str:
     """
     if discovery.status != AMBIGUOUS or discovery.effect in sure:
         return discovery.effect
-    other = (a.effect for a in discovery.alternatives if a.as_good and a.effect in sure)
-    return next(other, discovery.effect)
+    return _as_good_among(discovery, sure) or discovery.effect
 
 
 def _together(excesses: Sequence[FloatArray | None]) -> FloatArray | None:

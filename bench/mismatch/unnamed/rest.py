@@ -59,7 +59,7 @@ def unexplained(outcome: ChannelOutcome) -> None:
         # an integral's floor knows nothing of slow noise that adds up in what is integrated
         usual, levels = usual if integral or outcome.discoveries else 1.0, 0.0
     if integral and _rare(p) and not outcome.discoveries:
-        after = max(after, _of_fitted(outcome))
+        after = max(after, _of_all(outcome))
     most = usual * outcome.floor + criteria.FLOOR_ERRORS * outcome.floor_std
     if outcome.channel == TRANSMISSION_ERROR and outcome.altogether is not None:
         after, most, levels = _coming_and_going(outcome, after, most, levels)
@@ -92,7 +92,7 @@ def unexplained(outcome: ChannelOutcome) -> None:
     )
 
 
-def _of_fitted(outcome: ChannelOutcome) -> float:
+def _of_all(outcome: ChannelOutcome) -> float:
     """What is left of all recordings of an integral, per sample: its floor, and what rows of many samples leave."""
     number = np.where(outcome.usable, outcome.rows.number, 0.0)
     rows = float(np.average(outcome.left**2, weights=number)) if number.any() else 0.0

@@ -12,7 +12,7 @@ from bench.exchange.sample import frame_of
 from bench.exchange.to_python import to_python
 from bench.exchange.written import formulas_of
 from bench.mismatch.given import Given
-from bench.mismatch.power_zeros import REPORTED, REST, SINGLE, Zeros, reported_by
+from bench.mismatch.power_zeros import REPORTED, SINGLE, Zeros, reported_by
 from bench.mismatch.prediction import Predictor
 from bench.mismatch.series_given import swinging
 from bench.simulation.heat_rates import TAKEN_OFF
@@ -205,7 +205,7 @@ def test_what_is_taken_off_the_loss_is_taken_off_in_a_formula(which: list[str]) 
     simulation = with_rows(heating, *LOSS)
     predictor = Predictor(Given.of(simulation))
     frame = Zeros(
-        tuple(name for name in which if name == REST or name not in SINGLE),
+        tuple(name for name in which if name not in SINGLE),
         {"motor_torque": 0.2, "load_torque": 30.0},
         {},
         {name: reported_by(predictor.given.known["motor_torque"], name) for name in REPORTED},
@@ -215,10 +215,8 @@ def test_what_is_taken_off_the_loss_is_taken_off_in_a_formula(which: list[str]) 
     rise = predictor.channel(TEMPERATURE, frame, np.zeros(1))
     formulas = formulas_of(simulation, STANDSTILL)
     np.testing.assert_allclose(run(simulation, name_of(TEMPERATURE)), rise - rise[0] + 25.0, rtol=1e-9)
-    assert any("zeros of single recordings" in note for note in formulas.notes) is bool(
-        (set(SINGLE) - {REST}) & set(which)
-    )
-    if set(which) - (set(SINGLE) - {REST}):
+    assert any("zeros of single recordings" in note for note in formulas.notes) is bool(set(SINGLE) & set(which))
+    if set(which) - set(SINGLE):
         plain = predictor.channel(TEMPERATURE, FRAME, np.zeros(1))
         assert np.abs(plain - plain[0] - rise + rise[0]).max() > 1e-6
 

@@ -80,7 +80,12 @@ S_R = Symbol("s_r", "rad", "distance at the output over which it decays", 0.0)
 K_R = Symbol("k_r", "rad/K", "distance run between recordings for each K by which the gearbox was warmer after it", 0.0)
 T_R = Symbol("t_r", "s", "time over which it decays", 0.0)
 
-_WARMED = " W: rises of the temperature between recordings, summed up"
+_UNRECORDED = (
+    ("with_unrecorded", _with_unrecorded, "d*f_r*exp(-(s + k_r*W)/s_r)"),
+    ("hyperbolic_with_unrecorded", _hyperbolic_with_unrecorded, "d*f_r/(1 + (s + k_r*W)/s_r)"),
+)
+"""forms of a distance that was not recorded: name, decay, and what of its equation is its own"""
+_WARMED = ", s: distance run at the output, W: rises of the temperature between recordings, summed up"
 
 TERM = Term(
     effect="friction.run_in",
@@ -133,23 +138,9 @@ TERM = Term(
                 _distances,
                 equation="tau_m += f_rv*w_m*exp(-s/s_r), s: distance run at the output",
             ),
-            Form(
-                "with_unrecorded",
-                _with_unrecorded,
-                (F_R,),
-                (S_R, K_R),
-                _between,
-                remembers=True,
-                equation="tau_m += d*f_r*exp(-(s + k_r*W)/s_r), s: distance run at the output," + _WARMED,
-            ),
-            Form(
-                "hyperbolic_with_unrecorded",
-                _hyperbolic_with_unrecorded,
-                (F_R,),
-                (S_R, K_R),
-                _between,
-                remembers=True,
-                equation="tau_m += d*f_r/(1 + (s + k_r*W)/s_r), s: distance run at the output," + _WARMED,
+            *(
+                Form(name, decay, (F_R,), (S_R, K_R), _between, remembers=True, equation=f"tau_m += {text}{_WARMED}")
+                for name, decay, text in _UNRECORDED
             ),
         )
     },
