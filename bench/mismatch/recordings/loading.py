@@ -13,6 +13,7 @@ from bench.mismatch.memory import give_back
 from bench.mismatch.recordings.collected import Collected
 from bench.mismatch.recordings.comparable import Comparable
 from bench.mismatch.recordings.dataset import Dataset, Member, is_linear
+from bench.mismatch.recordings.extrapolated import fitted_too
 from bench.mismatch.recordings.faulty import of_other_sign
 from bench.mismatch.recordings.motion import Manner, slowly
 from bench.mismatch.recordings.notch import ripple_orders
@@ -21,7 +22,7 @@ from bench.mismatch.recordings.prepared import Folder, prepare
 from bench.mismatch.recordings.source import Paths, folders_of, gathered, names_of, of_one_campaign
 from bench.mismatch.recordings.split import load_step, none_spared, point_of, split, split_blocks
 from bench.recording import Recording
-from bench.simulation.terms import MOTOR_TORQUE
+from bench.simulation.terms import MOTOR_TORQUE, TRANSMISSION_ERROR
 
 Progress = Callable[[str, float], None]
 SAMPLES_A_PROCESS = 8_000_000
@@ -99,6 +100,14 @@ def load(path: Paths, progress: Progress | None = None, jobs: int = 1, base: Bas
     for channel in list(rows.rows):
         data.rows[channel] = rows.joined(channel)
         del rows.rows[channel]
+    if not note:
+        compared = next(name for name in (TRANSMISSION_ERROR, MOTOR_TORQUE, *data.rows) if name in data.rows)
+        data.members, beyond = fitted_too(data.members, data.rows[compared].frame)
+        if beyond:
+            notes.append(
+                "validation points at loads, speeds and temperatures that the other recordings do not cover, fitted and"
+                f" not held out: {', '.join(beyond)}"
+            )
     if MOTOR_TORQUE in data.rows:
         notes += slowly(data.rows[MOTOR_TORQUE].frame, folder.manner.standstill)
     give_back()

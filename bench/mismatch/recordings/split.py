@@ -1,4 +1,4 @@
-"""Which recordings are held out: whole operating points that others spare, the validation points always."""
+"""Which recordings are held out: whole operating points that others spare, and the validation points."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from bench.mismatch.recordings.pieces import Piece
 from bench.recording import Recording
+from bench.simulation.frame import FloatArray
 
 Point = tuple[str, float, float, float]
 HELD_OUT_SHARE = 0.2
@@ -71,10 +72,11 @@ def none_spared(recordings: Sequence[Recording]) -> str:
 def split(recordings: Sequence[Recording]) -> tuple[list[bool], list[int]]:
     """Choose held-out recordings by whole operating points, and a fold for each of the others.
 
-    Validation points are always held out. Of the other kinds a fifth of the points is (a tenth of the constant-velocity
-    points where there are five validation points or more), spread evenly along the campaign, of each stretch the one
-    that the others spare best, and none of a kind that has fewer than six recordings. A recording that names no
-    setpoint (most imported ones) is a point by itself: nothing says that it repeats another.
+    Validation points are held out (:mod:`bench.mismatch.recordings.extrapolated` says which of them are fitted after
+    all). Of the other kinds a fifth of the points is (a tenth of the constant-velocity points where there are five
+    validation points or more), spread evenly along the campaign, of each stretch the one that the others spare best,
+    and none of a kind that has fewer than six recordings. A recording that names no setpoint (most imported ones) is a
+    point by itself: nothing says that it repeats another.
     """
     points = _points(recordings)
     held: list[bool] = [r.kind == "validation" for r in recordings]
@@ -123,13 +125,18 @@ def _leverage(points: Sequence[_Point]) -> dict[_Point, float]:
     states = np.array([[p[1], abs(p[2]), p[3]] for p in points])
     spread = np.maximum(states.std(axis=0), 1e-9 * (1.0 + np.abs(states).max(axis=0)))
     a, b, c = ((states - states.mean(axis=0)) / spread).T
-    basis = np.column_stack([np.ones(len(points)), a, b, c, a * a, b * b, c * c, a * b, a * c, b * c])
+    basis = quadratic(a, b, c)
     forward = np.array([p[2] >= 0.0 for p in points])
     out = np.zeros(len(points))
     for side in (forward, ~forward):
         rows = basis[side]
         out[side] = np.einsum("ni,ij,nj->n", rows, np.linalg.inv(rows.T @ rows + np.eye(rows.shape[1])), rows)
     return dict(zip(points, out.tolist(), strict=True))
+
+
+def quadratic(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
+    """The ten columns (n, 10) of a quadratic polynomial of three quantities (n,)."""
+    return np.column_stack([np.ones(a.size), a, b, c, a * a, b * b, c * c, a * b, a * c, b * c])
 
 
 HELD_OUT_BLOCK = 4
