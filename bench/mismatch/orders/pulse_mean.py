@@ -44,36 +44,40 @@ class Mean:
         numbers = np.flatnonzero(sight.free[: HIGHEST + 1])
         orders = numbers.astype(np.float64)
         found = np.array([f for f in sight.found if 0 < f <= HIGHEST])
-        size2 = np.array([np.abs(vectors[round(f)]) ** 2 / 2.0 for f in found])
-        share, size = np.empty(orders.size), np.empty(orders.size)
-        whole = float(size2.mean()) if found.size else 0.0
-        for k, f in enumerate(orders):
-            # orders of the same octave tell how many stand, and how large; half an order and a mean one where none is
-            near = np.abs(np.log2(np.maximum(found, 1.0) / f)) < 0.5 if found.size else np.zeros(0, dtype=bool)
-            span = max(f * (np.sqrt(2.0) - 1.0 / np.sqrt(2.0)), 1.0)
-            share[k] = min((near.sum() + 0.5) / (span + 1.0), 0.9)
-            level = np.sqrt((size2[near].sum() + whole) / (near.sum() + 1.0))
-            size[k] = level if whole else 10.0 * sight.error[round(f)]
-        return cls(orders, vectors[numbers], sight.error[numbers], share, size)
+        size2 = np.abs(vectors[np.rint(found).astype(np.int64)]) ** 2 / 2.0
+        error = sight.error[numbers]
+        # orders of the same octave tell how many stand, and how large; half an order and a mean one where none is
+        near = np.abs(np.log2(np.maximum(found, 1.0) / orders[:, None])) < 0.5
+        number = near.sum(axis=1)
+        span = np.maximum(orders * (np.sqrt(2.0) - 1.0 / np.sqrt(2.0)), 1.0)
+        share = np.minimum((number + 0.5) / (span + 1.0), 0.9)
+        size = 10.0 * error
+        if found.size:
+            size = np.sqrt((near @ size2 + float(size2.mean())) / (number + 1.0))
+        return cls(orders, vectors[numbers], error, share, size)
 
     @cached_property
     def _beside(self) -> tuple[FloatArray, FloatArray]:
-        """Variances (sizes, k) of orders that stand by themselves, and logarithms (k,) of the share of each size."""
+        """Variances (sizes, k) of orders that stand by themselves, and the share (k,) of each size."""
         # a gearbox has a few strong orders and many weak ones: of any size between the error and the usual one
         own = np.maximum(self.size, self.error) ** (2.0 * _SIZES) * self.error ** (2.0 * (1.0 - _SIZES))
-        return own, np.log(self.share / _SIZES.size)
+        return own, self.share / _SIZES.size
 
     def density(self, centre: Complex, unlike: FloatArray) -> FloatArray:
         """Log density of each vector (k,) about a pulse's vectors ``centre`` (k,), from which nature's may be
         ``unlike`` (k,): a variance.
         """
-        off = 0.5 * np.abs(self.vectors - centre) ** 2
+        apart = self.vectors - centre
+        off = 0.5 * (apart.real**2 + apart.imag**2)
         plain = self.error**2 + unlike
-        alone = np.log1p(-self.share) - np.log(plain) - off / plain
         own, share = self._beside
         more = plain + own
-        beside = share - np.log(more) - off / more
-        return np.asarray(np.logaddexp.reduce(np.vstack([alone, beside]), axis=0))
+        # the exponents of orders that stand there are the larger ones: their largest keeps the sum from vanishing
+        exponent = -off / more
+        largest = exponent.max(axis=0)
+        alone = (1.0 - self.share) * np.exp(-off / plain - largest) / plain
+        beside = share * np.sum(np.exp(exponent - largest) / more, axis=0)
+        return np.asarray(np.log(alone + beside) + largest)
 
     def gain(self, pulse: Pulse, before: Complex) -> float:
         """Gain of log-likelihood of a pulse beside others that give ``before`` (k,).
