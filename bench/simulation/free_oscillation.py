@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.simulation.frame import FloatArray, Frame, recording_starts
-from bench.simulation.laws import EACH, MODES, Law, strengths
+from bench.simulation.laws import EACH, MODES, OF_SIZE, Law, strengths
 
 Complex = NDArray[np.complex128]
 _LATE = 1.5
@@ -27,8 +27,11 @@ def free_oscillation(law: Law, frame: Frame, orders: FloatArray, vectors: Callab
     """Mean of the free oscillation of a resonance's mode over each row of a frame (n,), rad.
 
     ``vectors`` (n, k): b + j·a of the ``orders`` (k,) that the mode answers, a·cos(f·θ) + b·sin(f·θ), at the rows of a
-    frame, without the law. A recording begins in the steady state of its first row.
+    frame, without the law. A recording begins in the steady state of its first row. A law that is no mass on a spring
+    gives 0.
     """
+    if law.form in OF_SIZE:
+        return np.zeros(frame.size)
     natural, damping, *share = law.point
     pole = natural * complex(-damping, np.sqrt(max(1.0 - damping**2, 1e-9)))
     touched = np.flatnonzero(np.isin(orders, np.asarray(law.orders)))

@@ -2,7 +2,8 @@
 
 Unlike other terms it multiplies what the simulation has: order f at speed v is excited at f*v rad/s and answered by
 H(f*v) = 1/(1 - (f*v/w_0)**2 + 2j*zeta*f*v/w_0). The speed has its sign: a response lags in time, so over the angle it
-lags in one direction and leads in the other. A force that moves a mass on a spring adds H - 1 to what it moves slowly,
+lags in one direction and leads in the other. Where the speed is taken without its sign, the phase over the angle is
+the same in both directions. A force that moves a mass on a spring adds H - 1 to what it moves slowly,
 a base that carries it (f*v/w_0)**2*H. The regressor of the library is H - 1 for one order of unit amplitude; the
 analysis applies both to the simulation's own amplitudes.
 """
@@ -29,6 +30,13 @@ def by_force(frequency: FloatArray, natural: float, damping: float) -> NDArray[n
 def by_base(frequency: FloatArray, natural: float, damping: float) -> NDArray[np.complex128]:
     """What a mode adds to the motion of the base that carries it, r²·H, at the same."""
     return _added(frequency, natural, damping, True)
+
+
+def by_size(frequency: FloatArray, natural: float, damping: float) -> NDArray[np.complex128]:
+    """H - 1 at the size of the ``frequency`` in rad/s: the phase over the angle is the same in both directions. A mass
+    on a spring does not answer so; an evaluation does that takes the speed without its sign.
+    """
+    return _added(np.abs(frequency), natural, damping, False)
 
 
 def _added(frequency: FloatArray, natural: float, damping: float, carried: bool) -> NDArray[np.complex128]:
