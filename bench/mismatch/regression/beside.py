@@ -50,6 +50,11 @@ def shaped(search: Search, others: Sequence[Chosen], start: Regressor) -> Chosen
     better = refined(problem, bank, beside, start, variance)
     main = add_block(problem, bank, better)
     fitted = fit_blocks(bank, [*beside, main], model.variances)
+    if start.point and fitted.variance < variance:
+        # without the term its changes were recordings' offsets, and those of one recording alone told its numbers
+        better = refined(problem, bank, beside, better, fitted.variance)
+        main = add_block(problem, bank, better)
+        fitted = fit_blocks(bank, [*beside, main], model.variances)
     if not _shares(main, beside, fitted):
         better = refined(problem, bank, beside, start, variance, tied=True)
         main = add_block(problem, bank, better)

@@ -21,6 +21,7 @@ from bench.mismatch.regression.search import next_best
 from bench.mismatch.regression.slots import Contender, Slot, slots
 from bench.mismatch.regression.state import Search
 from bench.mismatch.regression.strength import active_size
+from bench.mismatch.regression.taken_over import without_taken_over
 
 
 def settle(search: Search) -> list[Slot]:
@@ -47,6 +48,7 @@ def settle(search: Search) -> list[Slot]:
 
 def _succeeded(search: Search) -> list[Slot]:
     """The slots of the effects when each has what takes its place."""
+    without_taken_over(search)
     one_or_two(search)
     _name_by_course(search)
     _without_needless_corrections(search)

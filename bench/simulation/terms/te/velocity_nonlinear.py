@@ -10,6 +10,9 @@ from bench.simulation.terms.base import TRANSMISSION_ERROR, Form, Point, Symbol,
 THICKNESS = 0.68
 """power of the speed with which a film between loaded curved surfaces grows (Hamrock and Dowson, 1977)"""
 
+STEEPER = (1.5, 2.2)
+"""powers from which a film that builds up faster than in proportion to the speed is refined"""
+
 
 def _scales(frame: Frame) -> tuple[Point, ...]:
     fastest = top(frame.velocity)
@@ -31,6 +34,16 @@ def _elastohydrodynamic(frame: Frame, point: Point) -> FloatArray:
     return columns(film, frame.last_direction * film)
 
 
+def _of_a_power(frame: Frame, point: Point) -> FloatArray:
+    speed, power = point
+    film = 1.0 / (1.0 + (np.abs(frame.velocity) / speed) ** power)
+    return columns(film, frame.last_direction * film)
+
+
+def _speeds_and_powers(frame: Frame) -> tuple[Point, ...]:
+    return tuple((*speed, power) for speed in _scales(frame) for power in STEEPER)
+
+
 def _saturating(frame: Frame, point: Point) -> FloatArray:
     film = np.exp(-((frame.velocity / point[0]) ** 2))
     return columns(film, frame.last_direction * film)
@@ -39,6 +52,7 @@ def _saturating(frame: Frame, point: Point) -> FloatArray:
 V_E = Symbol("v_e", "rad", "offset at standstill, the same in both directions")
 V_O = Symbol("v_o", "rad", "offset at standstill, with the sign of the motion")
 V_S = Symbol("v_s", "rad/s", "speed over which the film builds up", 0.0)
+N = Symbol("n", "1", "power of the speed with which it does", 0.5, 4.0)
 
 TERM = Term(
     effect="te.velocity_nonlinear",
@@ -59,6 +73,14 @@ TERM = Term(
                 (V_S,),
                 _scales,
                 equation=f"TE += (v_e + d*v_o)/(1 + (abs(dtheta)/v_s)**{THICKNESS:g})",
+            ),
+            Form(
+                "power",
+                _of_a_power,
+                (V_E, V_O),
+                (V_S, N),
+                _speeds_and_powers,
+                equation="TE += (v_e + d*v_o)/(1 + (abs(dtheta)/v_s)**n)",
             ),
             Form(
                 "gaussian",

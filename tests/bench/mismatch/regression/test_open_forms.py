@@ -39,7 +39,7 @@ def numbers(noise: float, form: str) -> tuple[Named, Named]:
 
 
 @pytest.mark.parametrize(
-    ("noise", "form", "wider"), [(0.002, "gaussian", 1.0), (0.3, "gaussian", 4.0), (0.002, "exponential", 1.7)]
+    ("noise", "form", "wider"), [(0.002, "gaussian", 1.0), (0.3, "gaussian", 8.3), (0.002, "exponential", 8.1)]
 )
 def test_numbers_are_as_unsure_as_the_form(noise: float, form: str, wider: float) -> None:
     """Where points left out tell the form, the others say nothing; where they do not, all count; and a form that nature
