@@ -66,8 +66,8 @@ def mismatch(
 ) -> None:
     """Compare the simulation with recordings: locate the mismatch, name the physics left out, model it, score it.
 
-    The simulation is calibrated on a part of the recordings; whole operating points, the validation points always
-    among them, are held out and only scored. Explanations that the recordings cannot distinguish are ambiguous; an
+    The simulation is calibrated on a part of the recordings; whole operating points, among them half of the validation
+    points or more, are held out and only scored. Explanations that the recordings cannot distinguish are ambiguous; an
     effect that no term explains is unknown. Fewer than six recordings are cut into blocks, and the report says so.
     """
     one_thread()

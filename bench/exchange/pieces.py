@@ -11,7 +11,7 @@ from bench.exchange import formula
 from bench.exchange.formula import Written, const, lift, make, total
 from bench.simulation.composed import composed
 from bench.simulation.frame import Frame
-from bench.simulation.laws import EACH, FUNCTIONS, OF_SIZE, RESONANCE, Law, strengths
+from bench.simulation.laws import EACH, FUNCTIONS, RESONANCE, UNSIGNED, Law, strengths
 from bench.simulation.quantities import AUXILIARY, FACTORS, QUANTITIES
 from bench.simulation.waves import Wave, angle_from
 
@@ -22,7 +22,7 @@ def law(of: Law, order: float, frame: Frame) -> tuple[Any, Any]:
     if of.effect == RESONANCE:
         if order not in of.orders:
             return 1.0, 0.0
-        ratio = (speed if of.form in OF_SIZE else frame.velocity) * (order / of.point[0])
+        ratio = (speed if of.form in UNSIGNED else frame.velocity) * (order / of.point[0])
         a, b = 1.0 - ratio * ratio, 2.0 * of.point[1] * ratio
         size, share = a * a + b * b, (of.point[2] if len(of.point) > 2 else 1.0)
         # H = (a - jb)/size; a base's mode has r²·H in place of H - 1

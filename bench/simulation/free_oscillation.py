@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.simulation.frame import FloatArray, Frame, recording_starts
-from bench.simulation.laws import EACH, MODES, OF_SIZE, Law, strengths
+from bench.simulation.laws import EACH, MODES, UNSIGNED, Law, strengths
 
 Complex = NDArray[np.complex128]
 _LATE = 1.5
@@ -30,7 +30,7 @@ def free_oscillation(law: Law, frame: Frame, orders: FloatArray, vectors: Callab
     frame, without the law. A recording begins in the steady state of its first row. A law that is no mass on a spring
     gives 0.
     """
-    if law.form in OF_SIZE:
+    if law.form in UNSIGNED:
         return np.zeros(frame.size)
     natural, damping, *share = law.point
     pole = natural * complex(-damping, np.sqrt(max(1.0 - damping**2, 1e-9)))

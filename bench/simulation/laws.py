@@ -1,6 +1,6 @@
 """Laws that the amplitudes of the known orders may follow: a factor on an order's vector at a state and a time.
 
-A resonance multiplies by 1 + p·G(f·v), with G what its mode adds and v with its sign (one form takes its size), or by
+A resonance multiplies by 1 + p·G(f·v), with G what its mode adds and v with its sign (one form: without it), or by
 1 + ε_f·G(f·v) where each order moves the mode with a strength of its own; every other law by 1 + ε_f·g, with g one of
 the functions of the table below. What g is referred to (begin and length of the campaign, lowest temperature, largest
 torque) is kept with the law, so that it says the same on any rows and in any simulation file.
@@ -18,21 +18,21 @@ from numpy.typing import NDArray
 from bench.errors import ConfigurationError
 from bench.simulation._coefficients import order_key
 from bench.simulation.frame import FloatArray
-from bench.simulation.terms.te.resonance import by_base, by_force, by_size
+from bench.simulation.terms.te.resonance import by_base, by_force, by_force_unsigned
 
 Complex = NDArray[np.complex128]
 RESONANCE = "te.resonance"
 MODES: dict[str, Callable[[FloatArray, float, float], Complex]] = {
     "second_order": by_force,
     "second_order_of_base": by_base,
-    "second_order_of_size": by_size,
+    "second_order_unsigned": by_force_unsigned,
 }
 """forms of a resonance: what a mode adds at frequencies in rad/s, by its natural frequency and damping"""
 EACH: dict[str, Callable[[FloatArray, float, float], Complex]] = {"second_order_of_base_each": by_base}
 """the same where each order moves the mode with a strength of its own: what excites it is not what the encoders see"""
 
-OF_SIZE = ("second_order_of_size",)
-"""forms that are no mass on a spring: nothing swings freely after a change of speed"""
+UNSIGNED = ("second_order_unsigned",)
+"""forms that take the speed without its sign: no mass on a spring, so nothing swings freely after a change of speed"""
 
 
 @dataclass(frozen=True, slots=True)

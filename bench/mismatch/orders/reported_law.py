@@ -21,7 +21,8 @@ from bench.simulation.terms import LIBRARY, TRANSMISSION_ERROR
 RESONANT = {
     "second_order": "A_f -> A_f*(1 + p*(H(f*dtheta) - 1)), H(w) = 1/(1 - (w/w_0)**2 + 2j*zeta*w/w_0)",
     "second_order_of_base_each": "A_f -> A_f*(1 + e_f*r**2*H(r)), H(r) = 1/(1 - r**2 + 2j*zeta*r), r = f*dtheta/w_0",
-    "second_order_of_size": "A_f -> A_f*(1 + p*(H(f*abs(dtheta)) - 1)), H(w) = 1/(1 - (w/w_0)**2 + 2j*zeta*w/w_0)",
+    "second_order_unsigned": "A_f -> A_f*(1 + p*(H(f*abs(dtheta)) - 1)), the same phase in both directions, "
+    "H(w) = 1/(1 - (w/w_0)**2 + 2j*zeta*w/w_0)",
     "second_order_of_base": "A_f -> A_f*(1 + p*r**2*H(r)), H(r) = 1/(1 - r**2 + 2j*zeta*r), r = f*dtheta/w_0",
 }
 OF_A_MODE: Sequence[tuple[str, str]] = (("w_0", "rad/s"), ("zeta", "1"))

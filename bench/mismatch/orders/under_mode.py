@@ -212,7 +212,7 @@ class _Search:
         return found, in_place(now)
 
     def _mode(self, now: Seen, orders: Mapping[float, WeakOrder], law: Law) -> Mode | None:
-        """The mode that the simulation's orders and those found beside them pass; the better of force and base."""
+        """The mode that the simulation's orders and those found beside them pass; of all forms the best."""
         model = self.model
         data, stage = amplitudes(model), Stage.of(now, model.revolutions, model.train)
         if data is None or stage is None:

@@ -1,9 +1,10 @@
-"""Validation points beyond the states that the fitted recordings cover: they are fitted, not held out.
+"""Validation points to which the simulation would have to be extrapolated: they are fitted, not held out.
 
-A prediction there is an extrapolation. It says how far the polynomials of the simulation carry, not whether physics is
-missing. Where a point lies is seen by its leverage in the regression that the fitted recordings make. A point whose
-leverage is larger than that of every fitted recording lies outside the states they cover (hidden extrapolation;
-Montgomery, Peck and Vining, Introduction to Linear Regression Analysis, section 3.8).
+The simulation's polynomials of load, speed and temperature (ten columns for each direction) are known there less than
+at any fitted point. What is left then says how uncertain they are, not whether physics is missing. A point is such a
+one if its leverage in the regression that the fitted recordings make is larger than that of every fitted point: it lies
+outside the ellipsoid that holds all of these (hidden extrapolation; Montgomery, Peck and Vining, Introduction to Linear
+Regression Analysis, section 3.8). Of a campaign with few recordings most new points are, for ten columns are many then.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ STAY = 0.5
 
 
 def fitted_too(members: Sequence[Member], frame: Frame) -> tuple[list[Member], list[str]]:
-    """Fit the validation points that lie beyond the states of the fitted recordings, the farthest first.
+    """Fit the validation points to which the fitted recordings would be extrapolated, the farthest first.
 
     After each of them the others are asked again. At least half of the points stay held out. ``frame`` holds rows of
     the channel compared. Return the members, and the names of those that are fitted now.
@@ -67,13 +68,14 @@ def _information(members: Sequence[Member], frame: Frame) -> dict[int, FloatArra
     """What each recording says of a quadratic polynomial of torque, speed and temperature in each direction: the mean
     over its rows in motion of the outer product of the regressors (20, 20), by its index.
     """
-    rows = {m.index: _spread(np.flatnonzero((frame.recording == m.index) & (frame.direction != 0.0))) for m in members}
+    usable = (frame.direction != 0.0) & np.isfinite(frame.states).all(axis=1)
+    rows = {m.index: _spread(np.flatnonzero((frame.recording == m.index) & usable)) for m in members}
     rows = {index: found for index, found in rows.items() if found.size}
     if not rows:
         return {}
     every = np.concatenate(list(rows.values()))
-    states = np.nan_to_num(frame.states[every])
-    states[:, 1] = np.abs(states[:, 1])
+    states = frame.states[every] * np.array([1.0, 0.0, 1.0])
+    states[:, 1] = np.abs(frame.velocity[every])
     spread = np.maximum(states.std(axis=0), 1e-9 * (1.0 + np.abs(states).max(axis=0)))
     basis = quadratic(*((states - states.mean(axis=0)) / spread).T)
     ahead = (frame.direction[every] > 0.0)[:, None]

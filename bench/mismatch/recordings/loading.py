@@ -100,13 +100,13 @@ def load(path: Paths, progress: Progress | None = None, jobs: int = 1, base: Bas
     for channel in list(rows.rows):
         data.rows[channel] = rows.joined(channel)
         del rows.rows[channel]
-    if not note:
-        compared = next(name for name in (TRANSMISSION_ERROR, MOTOR_TORQUE, *data.rows) if name in data.rows)
+    compared = next((name for name in (TRANSMISSION_ERROR, MOTOR_TORQUE, *data.rows) if name in data.rows), None)
+    if compared is not None and not note:
         data.members, beyond = fitted_too(data.members, data.rows[compared].frame)
         if beyond:
             notes.append(
-                "validation points at loads, speeds and temperatures that the other recordings do not cover, fitted and"
-                f" not held out: {', '.join(beyond)}"
+                "validation points that lie farther from the fitted recordings, in the polynomials of load, speed and"
+                f" temperature, than any of these does: fitted and not held out: {', '.join(beyond)}"
             )
     if MOTOR_TORQUE in data.rows:
         notes += slowly(data.rows[MOTOR_TORQUE].frame, folder.manner.standstill)

@@ -56,7 +56,7 @@ def shaped(search: Search, others: Sequence[Chosen], start: Regressor) -> Chosen
         main = add_block(problem, bank, better)
         fitted = fit_blocks(bank, [*beside, main], model.variances)
     if not _shares(main, beside, fitted):
-        better = refined(problem, bank, beside, start, variance, tied=True)
+        better = refined(problem, bank, beside, better, min(variance, fitted.variance), tied=True)
         main = add_block(problem, bank, better)
         fitted = fit_blocks(bank, [*beside, main], model.variances)
     if not (admissible(better, *fitted.of(main.indices)) and _shares(main, beside, fitted)):
@@ -74,7 +74,7 @@ def shaped(search: Search, others: Sequence[Chosen], start: Regressor) -> Chosen
         shape = shape_of(problem.channel, better, problem.rows.frame.take(train))
     if shape is not None:
         effect = better.columns(problem.rows.frame)[train] @ fitted.of(main.indices)[0]
-        size = _weighted_size(effect) * _beyond(search, effect, variance)
+        size = _weighted_size(effect) * _beyond(search, effect, min(variance, fitted.variance))
     whole = with_shape(problem, bank, main, shape, criteria.SHAPE * size)
     fitted = fit_blocks(bank, [*beside, *whole.blocks], model.variances)
     return None if impossible(model, others, whole, fitted) else whole

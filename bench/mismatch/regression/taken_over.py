@@ -14,6 +14,7 @@ from bench.mismatch.regression.beside import shaped
 from bench.mismatch.regression.description import description
 from bench.mismatch.regression.heredity import without
 from bench.mismatch.regression.model import Chosen
+from bench.mismatch.regression.pruning import no_mere_form
 from bench.mismatch.regression.regressors import Named
 from bench.mismatch.regression.state import Search
 
@@ -32,15 +33,21 @@ def without_taken_over(search: Search) -> None:
         least, rest = min(tried, key=lambda t: t[0], default=(float("inf"), []))
         if least > model.price:
             return
+        rest = no_mere_form(search, rest)
         search.model = replace(model, chosen=rest, fit=model.refitted(rest))
 
 
 def _refined_anew(search: Search, rest: Sequence[Chosen]) -> list[Chosen] | None:
-    """Effects with their nonlinear numbers refined beside each other; None where they have none."""
+    """Effects with their nonlinear numbers refined beside each other; None where that changes none, or where an effect
+    is physically impossible beside the others.
+    """
     out = list(rest)
     for k, effect in enumerate(rest):
         term = effect.main.regressor
         if isinstance(term, Named) and term.point:
             again = shaped(search, [c for i, c in enumerate(out) if i != k], term)
-            out[k] = effect if again is None else again
+            if again is None:
+                return None
+            moved = isinstance(again.main.regressor, Named) and again.main.regressor.point != term.point
+            out[k] = again if moved else effect
     return None if all(a is b for a, b in zip(out, rest, strict=True)) else out

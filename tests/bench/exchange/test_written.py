@@ -160,7 +160,7 @@ def test_what_is_no_term_of_the_bank_is_written_too(what: str) -> None:
         {"effect": "te.drift_time", "law": {**LAW, "form": "creep", "point": [0.3]}},
         {"effect": "te.resonance", "law": {"form": "second_order", "point": [0.2, 0.1, 0.7], "orders": [3.0]}},
         {"effect": "te.resonance", "law": {"form": "second_order_of_base", "point": [0.2, 0.1, 0.7], "orders": [3.0]}},
-        {"effect": "te.resonance", "law": {"form": "second_order_of_size", "point": [0.2, 0.1, 0.7], "orders": [3.0]}},
+        {"effect": "te.resonance", "law": {"form": "second_order_unsigned", "point": [0.2, 0.1, 0.7], "orders": [3.0]}},
         {"effect": "te.resonance", "law": {**LAW, "form": "second_order_of_base_each", "point": [0.2, 0.1]}},
     ],
     ids=[
@@ -181,9 +181,9 @@ def test_a_resonance_is_written_as_its_steady_response_and_says_so() -> None:
     simulation = with_rows(*MADE["series"], law)
     assert np.abs(swinging(Given.of(simulation), FRAME)).max() > 0.0
     assert any("swings by freely" in note for note in formulas_of(simulation).notes)
-    of_size = {**law, "law": {**law["law"], "form": "second_order_of_size"}}
-    assert np.abs(swinging(Given.of(with_rows(*MADE["series"], of_size)), FRAME)).max() == 0.0
-    assert not any("swings" in note for note in formulas_of(with_rows(*MADE["series"], of_size)).notes)
+    unsigned = {**law, "law": {**law["law"], "form": "second_order_unsigned"}}
+    assert np.abs(swinging(Given.of(with_rows(*MADE["series"], unsigned)), FRAME)).max() == 0.0
+    assert not any("swings" in note for note in formulas_of(with_rows(*MADE["series"], unsigned)).notes)
     assert not any("swings" in note for note in formulas_of(with_rows(*MADE["series"])).notes)
 
 

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pytest
 
 from bench.mismatch.recordings.dataset import Member
 from bench.mismatch.recordings.extrapolated import fitted_too
+from bench.mismatch.recordings.loading import load
 from bench.simulation.frame import Frame, concatenate
+from tests.bench.mismatch.test_folders import write
 from tests.bench.simulation.terms.frames import frame
 
 Point = tuple[float, float, float]
@@ -36,10 +40,10 @@ def members(fitted: list[Point], validation: list[Point]) -> list[Member]:
 def rows(points: list[Point]) -> Frame:
     one = frame()
     parts = []
-    for number, (load, speed, heat) in enumerate(points):
+    for number, (torque, speed, heat) in enumerate(points):
         changed = one.take(np.arange(50))
         changed.recording[:] = number
-        changed.torque[:] = load
+        changed.torque[:] = torque
         changed.velocity[:] = speed
         changed.direction[:] = np.sign(speed)
         changed.temperature[:] = heat
@@ -86,3 +90,20 @@ def test_without_motion_nothing_changes() -> None:
     still.direction[:] = 0.0
     before = members(GRID, INSIDE)
     assert fitted_too(before, still) == (before, [])
+
+
+@pytest.mark.parametrize(
+    ("channels", "kind"),
+    [
+        (("motor_angle", "load_torque"), "constant_velocity"),
+        (("motor_angle", "temperature"), "constant_velocity"),
+        (("load_angle",), "constant_velocity"),
+        (("motor_angle", "load_angle"), "heating"),
+    ],
+)
+def test_recordings_without_a_row_are_loaded(tmp_path: Path, channels: tuple[str, ...], kind: str) -> None:
+    """No channel has rows; the report says of each why."""
+    every = ("motor_angle", "load_angle", "motor_torque", "load_torque", "load_motor_torque", "temperature")
+    for number in range(7):
+        write(tmp_path, number, without=tuple(name for name in every if name not in channels), kind=kind)
+    assert len(load(tmp_path).members) == 7

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from pathlib import Path
 
@@ -131,6 +132,8 @@ def test_killed_process_leaves_all_but_half_a_second(tmp_path: Path, chunk_rows:
     )
     assert process.stdout is not None
     appended: list[tuple[int, float]] = []
+    stalled = threading.Timer(60.0, process.kill)
+    stalled.start()
     for line in process.stdout:
         if line.count(" "):
             rows, at = line.split()
@@ -138,6 +141,7 @@ def test_killed_process_leaves_all_but_half_a_second(tmp_path: Path, chunk_rows:
         # killed by its own clock: on a busy machine it may take seconds to begin
         if appended and appended[-1][1] - appended[0][1] > 1.5:
             process.send_signal(signal.SIGKILL)
+    stalled.cancel()
     process.wait()
     process.stdout.close()
     recording = Recording.open(tmp_path / "a.h5.part")

@@ -32,9 +32,9 @@ def by_base(frequency: FloatArray, natural: float, damping: float) -> NDArray[np
     return _added(frequency, natural, damping, True)
 
 
-def by_size(frequency: FloatArray, natural: float, damping: float) -> NDArray[np.complex128]:
-    """H - 1 at the size of the ``frequency`` in rad/s: the phase over the angle is the same in both directions. A mass
-    on a spring does not answer so; an evaluation does that takes the speed without its sign.
+def by_force_unsigned(frequency: FloatArray, natural: float, damping: float) -> NDArray[np.complex128]:
+    """H - 1 at the ``frequency`` in rad/s without its sign: the phase over the angle is the same in both directions.
+    No mass on a spring answers so, but whoever writes a response over the angle may take the speed without its sign.
     """
     return _added(np.abs(frequency), natural, damping, False)
 

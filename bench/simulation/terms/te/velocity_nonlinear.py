@@ -52,7 +52,7 @@ def _saturating(frame: Frame, point: Point) -> FloatArray:
 V_E = Symbol("v_e", "rad", "offset at standstill, the same in both directions")
 V_O = Symbol("v_o", "rad", "offset at standstill, with the sign of the motion")
 V_S = Symbol("v_s", "rad/s", "speed over which the film builds up", 0.0)
-N = Symbol("n", "1", "power of the speed with which it does", 0.5, 4.0)
+N = Symbol("n", "1", "power of the speed with which it does", 1.0, 3.3)
 
 TERM = Term(
     effect="te.velocity_nonlinear",

@@ -66,7 +66,7 @@ def passed(form: str, natural: float, damping: float, share: float, seed: int) -
     load = x[:, :1] / 1000.0
     slow = size * (1.0 + 0.2 * load * rng.normal(size=len(ORDERS))) * np.exp(0.2j * load)
     frequency = x[:, 1:2] * np.asarray(ORDERS)
-    if form == "second_order_of_size":
+    if form == "second_order_unsigned":
         frequency = np.abs(frequency)
     top = [-1.0, 0.0, 0.0] if form == "second_order_of_base" else [natural**2]
     swing = freqs(top, [1.0, 2.0 * damping * natural, natural**2], frequency.ravel())[1].reshape(frequency.shape)
@@ -113,3 +113,12 @@ def test_a_mode_meets_an_order_and_dies_away_within_a_revolution(wanted: tuple[f
     assert np.exp(-natural * damping * revolution) <= 0.0501
     if wanted == (30.0, 0.05, 0.1):  # one that does so anyhow is as it is
         assert (natural, damping) == pytest.approx((30.0, 0.05))
+
+
+def test_forms_that_say_the_same_one_way_differ_the_other_way() -> None:
+    """Where all recordings go one way the first form is told: a mass on a spring."""
+    frequency = np.linspace(0.1, 30.0, 200)
+    signed, unsigned = MODES["second_order"], MODES["second_order_unsigned"]
+    np.testing.assert_array_equal(signed(frequency, 7.3, 0.1), unsigned(frequency, 7.3, 0.1))
+    np.testing.assert_allclose(signed(-frequency, 7.3, 0.1), np.conj(unsigned(-frequency, 7.3, 0.1)))
+    assert list(MODES).index("second_order") < list(MODES).index("second_order_unsigned")

@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bench.mismatch.regression.beside import shaped
 from bench.mismatch.regression.one_way import one_way
 from bench.mismatch.regression.problem import BaseTerm, ChannelProblem
-from bench.mismatch.regression.regressors import Named
-from bench.mismatch.regression.search import searched
+from bench.mismatch.regression.regressors import Named, named
+from bench.mismatch.regression.search import begun, searched
 from bench.mismatch.regression.succession import settle
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms import LIBRARY, TRANSMISSION_ERROR
@@ -71,3 +72,12 @@ def test_a_steep_law_of_a_temperature_that_comes_and_goes_is_no_drift() -> None:
     effects = found(measured(np.tanh((temperature - 31.0) / 2.0), frame))
     assert "te.drift_time" not in effects
     assert effects == {"te.temperature_nonlinear"}
+
+
+def test_a_film_with_a_power_of_the_speed_is_told_with_its_power() -> None:
+    own = measured(2.0 / (1.0 + (np.abs(FRAME.velocity) / 0.03) ** 1.6))
+    assert found(own) == {"te.velocity_nonlinear"}
+    film = shaped(begun(own), [], named("te.velocity_nonlinear", TRANSMISSION_ERROR, "power", (0.05, 2.2)))
+    assert film is not None
+    assert isinstance(film.main.regressor, Named)
+    assert film.main.regressor.point == pytest.approx((0.03, 1.6), rel=0.15)
