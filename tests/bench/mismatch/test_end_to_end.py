@@ -195,7 +195,8 @@ def test_before_is_the_simulation_refitted_without_the_effect(clear: Compared) -
     assert evidence["held_out_rmse_after"] == pytest.approx(row["held_out_rmse_after"], rel=1e-9)
     gained = evidence["held_out_rmse_before"] ** 2 - evidence["held_out_rmse_after"] ** 2
     excess = evidence["held_out_rmse_before"] ** 2 - row["noise_floor"] ** 2
-    assert clear.finding()["location"]["share_of_excess"] == pytest.approx(gained / excess, rel=1e-3)
+    # what is left may lie below the floor by chance: no more than all of the excess is explained
+    assert clear.finding()["location"]["share_of_excess"] == pytest.approx(min(gained / excess, 1.0), rel=1e-3)
     assert row["held_out_rmse_as_given"] is None
 
 
