@@ -13,6 +13,7 @@ from bench.mismatch.regression.folds import weights
 from bench.mismatch.regression.heredity import without
 from bench.mismatch.regression.independent import beyond_noise, independent, kinds_of
 from bench.mismatch.regression.model import Chosen, unrefined
+from bench.mismatch.regression.refine import strained
 from bench.mismatch.regression.refuted import not_refuted
 from bench.mismatch.regression.regressors import UNKNOWN, Free
 from bench.mismatch.regression.scan import Scan
@@ -33,6 +34,9 @@ UNSIGNED = {
     "velocity": "speed",
 }
 """quantities that are another one with its sign: a form that is off in the one is off in the other"""
+
+SINCE = "since_reversal"
+SINCE_A_START_OR_REVERSAL = frozenset({SINCE, "distance_since_start"})
 
 
 def concluded(search: Search) -> Search:
@@ -200,6 +204,25 @@ def no_mere_form(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
         return largest > 0.0 and size(one) < criteria.SHAPE * largest
 
     return [c for c in chosen if not is_form(c)]
+
+
+def no_name_at_its_end(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
+    """Effects without the names at the end of their range that stand beside a function without a name of the same
+    quantities. There a term turns into another, and the function says which: what decays over a longer way than
+    pre-sliding can is none.
+    """
+    frame = search.model.problem.rows.frame
+    nameless = [_way(c) for c in chosen if c.effect == UNKNOWN]
+
+    def is_part(one: Chosen) -> bool:
+        return not one.nominal and strained(one.main.regressor, frame) and _way(one) in nameless
+
+    return [c for c in chosen if c.effect == UNKNOWN or not is_part(c)]
+
+
+def _way(one: Chosen) -> frozenset[str]:
+    """Quantities of an effect, the distance since a start and that since a reversal as one."""
+    return frozenset(SINCE if name in SINCE_A_START_OR_REVERSAL else name for name in _quantities(one))
 
 
 def _quantities(one: Chosen) -> set[str]:

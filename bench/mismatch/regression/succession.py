@@ -13,7 +13,7 @@ from bench.mismatch.regression.heredity import laws, without
 from bench.mismatch.regression.model import Block, ChannelModel, Chosen, add_block, sum_of_blocks
 from bench.mismatch.regression.one_law import one_or_two
 from bench.mismatch.regression.one_way import named_by_course
-from bench.mismatch.regression.pruning import no_mere_form
+from bench.mismatch.regression.pruning import no_mere_form, no_name_at_its_end
 from bench.mismatch.regression.refine import strained
 from bench.mismatch.regression.refuted import borne_out, forget, without_a_name
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, by_definition
@@ -61,9 +61,10 @@ def _succeeded(search: Search) -> list[Slot]:
         chosen = next((s for s in successors if exchanges > 0 or len(s) < len(model.chosen)), None)
         if chosen is None:
             doubtful = _least_sure(model) or _less_than_its_correction(model)
-            if doubtful is None:
+            parts = no_name_at_its_end(search, model.chosen)
+            if doubtful is None and len(parts) == len(model.chosen):
                 return found
-            chosen = _in_its_place(search, doubtful)
+            chosen = parts if doubtful is None else _in_its_place(search, doubtful)
         exchanges -= 1
         chosen = no_mere_form(search, chosen)
         search.model = replace(model, chosen=chosen, fit=model.refitted(chosen))
