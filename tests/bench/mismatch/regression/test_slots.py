@@ -357,6 +357,7 @@ def test_what_gains_no_more_than_noise_goes_after_every_exchange(monkeypatch: py
     monkeypatch.setattr(succession, "_name_by_course", lambda _: None)
     monkeypatch.setattr(succession, "_without_needless_corrections", lambda _: None)
     monkeypatch.setattr(succession, "no_mere_form", lambda _, found: found)
+    monkeypatch.setattr(succession, "no_name_at_its_end", lambda _, found: found)
     monkeypatch.setattr(succession, "replace", lambda old, **new: SimpleNamespace(**{**vars(old), **new}))
     monkeypatch.setattr(succession, "slots", lambda of: [Slot(c, 3.0, 0.4, 0.9, ()) for c in of.model.chosen])
     monkeypatch.setattr(succession, "_least_sure", lambda _: None)
