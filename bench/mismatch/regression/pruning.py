@@ -13,7 +13,7 @@ from bench.mismatch.regression.folds import weights
 from bench.mismatch.regression.heredity import without
 from bench.mismatch.regression.independent import beyond_noise, independent, kinds_of
 from bench.mismatch.regression.model import Chosen, unrefined
-from bench.mismatch.regression.refine import strained
+from bench.mismatch.regression.refine import at_longest
 from bench.mismatch.regression.refuted import not_refuted
 from bench.mismatch.regression.regressors import UNKNOWN, Free
 from bench.mismatch.regression.scan import Scan
@@ -207,7 +207,7 @@ def no_mere_form(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
 
 
 def no_name_at_its_end(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
-    """Effects without the names at the end of their range that stand beside a function without a name of the same
+    """Effects without the names at the top of their range that stand beside a function without a name of the same
     quantities. There a term turns into another, and the function says which: what decays over a longer way than
     pre-sliding can is none.
     """
@@ -215,7 +215,7 @@ def no_name_at_its_end(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]
     nameless = [_way(c) for c in chosen if c.effect == UNKNOWN]
 
     def is_part(one: Chosen) -> bool:
-        return not one.nominal and strained(one.main.regressor, frame) and _way(one) in nameless
+        return not one.nominal and at_longest(one.main.regressor, frame) and _way(one) in nameless
 
     return [c for c in chosen if c.effect == UNKNOWN or not is_part(c)]
 

@@ -203,6 +203,14 @@ def strained(named: Regressor, frame: Frame) -> bool:
     return bool(np.any(_at_end(np.asarray(named.point), *bounds(named.form, frame))))
 
 
+def at_longest(named: Regressor, frame: Frame) -> bool:
+    """Whether the first nonlinear parameter, over which a term builds up or decays, stands at the top of its range."""
+    if not isinstance(named, Named) or not named.point:
+        return False
+    lower, upper = bounds(named.form, frame)
+    return bool(_at_end(np.asarray(named.point), lower, upper)[0] and named.point[0] > 0.5 * (lower[0] + upper[0]))
+
+
 def _at_end(point: FloatArray, lower: FloatArray, upper: FloatArray) -> NDArray[np.bool_]:
     """Which parameters stand within a hundredth of an end of their range."""
     room = 0.01 * (upper - lower)

@@ -7,7 +7,7 @@ import pytest
 
 from bench.mismatch.regression.model import Chosen, add_block
 from bench.mismatch.regression.pruning import no_name_at_its_end
-from bench.mismatch.regression.refine import bounds, strained
+from bench.mismatch.regression.refine import at_longest, bounds
 from bench.mismatch.regression.regressors import Free, Named, named
 from bench.mismatch.regression.search import begun
 from bench.simulation.tables import Grid
@@ -36,13 +36,15 @@ def function_of(quantity: str) -> Chosen:
 @pytest.mark.parametrize("quantity", ["distance_since_start", "since_reversal"])
 def test_what_decays_over_a_longer_way_than_a_name_can_is_the_function_beside_it(quantity: str) -> None:
     name, function = presliding(LONGEST), function_of(quantity)
-    assert strained(name.main.regressor, FRAME)
+    assert at_longest(name.main.regressor, FRAME)
     assert no_name_at_its_end(SEARCH, [name, function]) == [function]
 
 
 def test_a_name_inside_its_range_stays_and_so_does_one_beside_another_quantity() -> None:
     inside, at_end = presliding(0.3 * LONGEST), presliding(LONGEST)
+    shortest = presliding(float(bounds(FORM, FRAME)[0][0]))
     function, other = function_of("distance_since_start"), function_of("temperature")
     assert no_name_at_its_end(SEARCH, [inside, function]) == [inside, function]
+    assert no_name_at_its_end(SEARCH, [shortest, function]) == [shortest, function]
     assert no_name_at_its_end(SEARCH, [at_end, other]) == [at_end, other]
     assert no_name_at_its_end(SEARCH, [at_end]) == [at_end]
