@@ -212,12 +212,17 @@ def no_name_at_its_end(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]
     pre-sliding can is none.
     """
     frame = search.model.problem.rows.frame
-    nameless = [_way(c) for c in chosen if c.effect == UNKNOWN]
 
     def is_part(one: Chosen) -> bool:
-        return not one.nominal and at_longest(one.main.regressor, frame) and _way(one) in nameless
+        if one.effect == UNKNOWN or one.nominal or not at_longest(one.main.regressor, frame):
+            return False
+        functions = [c for c in chosen if c.effect == UNKNOWN and _way(c) == _way(one)]
+        without_it = [c for c in chosen if c is not one]
+        without_them = [c for c in chosen if not any(c is f for f in functions)]
+        # a name that says more by itself than the function does is no part of it
+        return bool(functions) and float((search.density(without_it) - search.density(without_them)).sum()) >= 0.0
 
-    return [c for c in chosen if c.effect == UNKNOWN or not is_part(c)]
+    return [c for c in chosen if not is_part(c)]
 
 
 def _way(one: Chosen) -> frozenset[str]:
