@@ -25,7 +25,6 @@ from bench.mismatch.regression.problem import CHANNELS, nominal_base
 from bench.mismatch.regression.regressors import Free, Named
 from bench.mismatch.unnamed.formula_regressor import Equation
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.laws import RESONANCE, UNSIGNED
 from bench.simulation.linear import in_metres, is_of_linear_axis
 from bench.simulation.model import Simulation
 from bench.simulation.quantities import FACTORS
@@ -120,8 +119,7 @@ def formulas_of(simulation: Simulation, standstill: float = 1e-3) -> Formulas:
             f"{TEMPERATURE} is without the zeros of single recordings that the analysis took off the loss: they belong "
             "to those recordings, and a new one has others"
         )
-    swings = any(law.effect == RESONANCE and law.form not in UNSIGNED for law in writer.given.laws)
-    if swings and OUTPUT + TRANSMISSION_ERROR in outputs:
+    if any(law.swings for law in writer.given.laws) and OUTPUT + TRANSMISSION_ERROR in outputs:
         notes.append(
             f"{TRANSMISSION_ERROR} has a resonance as its steady response: what the mode swings by freely after a "
             "change of speed is not written"

@@ -33,7 +33,7 @@ def swinging(given: Given, frame: Frame) -> FloatArray:
     """What the modes of resonances swing by freely after changes of speed, at the rows of a frame (n,), rad."""
     out = np.zeros(frame.size)
     for law in given.laws:
-        if law.effect == RESONANCE:
+        if law.swings:
             out += free_oscillation(law, frame, _all_orders(given), lambda part: _driving(given, part))
     return out
 
@@ -73,7 +73,7 @@ def slope(given: Given, frame: Frame) -> FloatArray:
         out = out + waves.evaluate(further, frame.theta, frame)
     for pulse in given.pulses:
         out = out + pulse.slope(frame.theta)
-    if any(law.effect == RESONANCE for law in given.laws):
+    if any(law.swings for law in given.laws):
         out = out + over_angle(swinging(given, frame), frame)
     return out
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.simulation.frame import FloatArray, Frame, recording_starts
-from bench.simulation.laws import EACH, MODES, UNSIGNED, Law, strengths
+from bench.simulation.laws import EACH, MODES, Law, strengths
 
 Complex = NDArray[np.complex128]
 _LATE = 1.5
@@ -24,14 +24,11 @@ _LATE = 1.5
 
 
 def free_oscillation(law: Law, frame: Frame, orders: FloatArray, vectors: Callable[[Frame], Complex]) -> FloatArray:
-    """Mean of the free oscillation of a resonance's mode over each row of a frame (n,), rad.
+    """Mean of the free oscillation of a mode that swings (:attr:`Law.swings`) over each row of a frame (n,), rad.
 
     ``vectors`` (n, k): b + j·a of the ``orders`` (k,) that the mode answers, a·cos(f·θ) + b·sin(f·θ), at the rows of a
-    frame, without the law. A recording begins in the steady state of its first row. A law that is no mass on a spring
-    gives 0.
+    frame, without the law. A recording begins in the steady state of its first row.
     """
-    if law.form in UNSIGNED:
-        return np.zeros(frame.size)
     natural, damping, *share = law.point
     pole = natural * complex(-damping, np.sqrt(max(1.0 - damping**2, 1e-9)))
     touched = np.flatnonzero(np.isin(orders, np.asarray(law.orders)))

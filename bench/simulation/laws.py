@@ -32,7 +32,7 @@ EACH: dict[str, Callable[[FloatArray, float, float], Complex]] = {"second_order_
 """the same where each order moves the mode with a strength of its own: what excites it is not what the encoders see"""
 
 UNSIGNED = ("second_order_unsigned",)
-"""forms that take the speed without its sign: no mass on a spring, so nothing swings freely after a change of speed"""
+"""forms of a resonance that take the speed without its sign: no mass on a spring"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +72,11 @@ class Law:
     variables: tuple[str, ...] = ()
     reference: Reference = Reference()
     series: tuple[float, ...] = ()
+
+    @property
+    def swings(self) -> bool:
+        """Whether something swings freely after a change of speed: that of a mass on a spring."""
+        return self.effect == RESONANCE and self.form not in UNSIGNED
 
     def equation(self) -> str:
         """g of a law that is no resonance, with its nonlinear parameters g_1, g_2."""

@@ -80,7 +80,7 @@ class Periodic:
     def evaluate(self, frame: Frame) -> FloatArray:
         """Sum of everything periodic at the rows of a frame (n,), rad; of modes also what they swing by freely."""
         out = self._steady(frame)
-        return out + self.swinging(frame) if any(law.effect == RESONANCE for law in self.laws) else out
+        return out + self.swinging(frame) if any(law.swings for law in self.laws) else out
 
     def _steady(self, frame: Frame) -> FloatArray:
         out = self.series.evaluate(frame) if not self.laws else self._by_vectors(frame)
@@ -107,7 +107,7 @@ class Periodic:
         return (self._steady(ahead) - self._steady(behind)) / (2.0 * half) + self._swinging_slope(frame)
 
     def _swinging_slope(self, frame: Frame) -> FloatArray:
-        swings = any(law.effect == RESONANCE for law in self.laws)
+        swings = any(law.swings for law in self.laws)
         return over_angle(self.swinging(frame), frame) if swings else np.zeros(frame.size)
 
     def less(self, orders: Collection[float]) -> Periodic:
@@ -201,7 +201,7 @@ class Periodic:
         """What the modes of resonances swing by freely after changes of speed, at the rows of a frame (n,), rad."""
         out = np.zeros(frame.size)
         for law in self.laws:
-            if law.effect == RESONANCE:
+            if law.swings:
                 out += free_oscillation(law, frame, np.asarray(self.series.orders), self._not_resonant)
         return out
 

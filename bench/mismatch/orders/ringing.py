@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bench.mismatch.orders.series import Series
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.laws import RESONANCE, UNSIGNED, Law
+from bench.simulation.laws import Law
 
 _ALL_STEADY = 0.99
 """share of a row's samples in steady motion"""
@@ -20,7 +20,7 @@ def rings_for(laws: Sequence[Law], series: Series, noise: float) -> float:
     size = float(np.sqrt(sum(float(np.sum(amplitude[:, -1] ** 2)) for amplitude in series.amplitude.values())))
     out = 0.0
     for law in laws:
-        if law.effect == RESONANCE and law.form not in UNSIGNED:
+        if law.swings:
             natural, damping, *share = law.point
             swing = (share[0] if share else 1.0) * size / max(noise, 1e-300)
             out = max(out, float(np.log(max(swing, 1.0))) / (natural * damping))

@@ -16,8 +16,9 @@ from dataclasses import replace
 import numpy as np
 
 from bench.mismatch.recordings.dataset import Member
-from bench.mismatch.recordings.split import quadratic
+from bench.mismatch.recordings.split import Point
 from bench.simulation.frame import FloatArray, Frame, IntArray
+from bench.simulation.polynomial import TERM_COUNT, Standardisation
 
 POINTS = ("constant_velocity", "validation")
 """kinds of recordings at one state in one direction, which are compared: a reversal or a ramp tells of several states,
@@ -25,6 +26,8 @@ and less of each
 """
 ROWS = 200
 """rows of a recording from which its states are taken, spread over it"""
+COLUMNS = 2 * TERM_COUNT
+"""of the polynomials of both directions"""
 STAY = 0.5
 """share of the validation points that are held out in any case"""
 
@@ -36,27 +39,21 @@ def fitted_too(members: Sequence[Member], frame: Frame) -> tuple[list[Member], l
     the channel compared. Return the members, and the names of those that are fitted now.
     """
     information = _information(members, frame)
-    fitted = {m.index for m in members if not m.held_out and m.index in information}
-    compared = {m.index for m in members if m.index in fitted and m.recording.kind in POINTS}
-    points: dict[tuple[str, float, float, float], list[Member]] = {}
-    for m in members:
-        if m.held_out and m.recording.kind == "validation" and m.index in information:
+    known = [m for m in members if m.index in information]
+    fitted = [m for m in known if not m.held_out]
+    points: dict[Point, list[Member]] = {}
+    for m in known:
+        if m.held_out and m.recording.kind == "validation":
             points.setdefault(m.point, []).append(m)
-    spare = int((1.0 - STAY) * len(points))
     moved: list[Member] = []
-    while compared and spare > 0:
-        inverse = np.linalg.inv(
-            sum((information[k] for k in fitted), start=np.eye(next(iter(information.values())).shape[0]))
-        )
-        leverage = {k: float(np.sum(one * inverse)) for k, one in information.items()}
+    for _ in range(int((1.0 - STAY) * len(points))):
+        inverse = np.linalg.inv(sum((information[m.index] for m in (*fitted, *moved)), start=np.eye(COLUMNS)))
+        leverage = {index: float(np.sum(one * inverse)) for index, one in information.items()}
+        compared = [leverage[m.index] for m in (*fitted, *moved) if m.recording.kind in POINTS]
         farthest = max(points, key=lambda p: max(leverage[m.index] for m in points[p]))
-        if max(leverage[m.index] for m in points[farthest]) <= max(leverage[k] for k in compared):
+        if not compared or max(leverage[m.index] for m in points[farthest]) <= max(compared):
             break
-        out = points.pop(farthest)
-        moved += out
-        fitted |= {m.index for m in out}
-        compared |= {m.index for m in out}
-        spare -= 1
+        moved += points.pop(farthest)
     fold = max((m.fold for m in members), default=-1)
     folds = {point: fold + 1 + k for k, point in enumerate(dict.fromkeys(m.point for m in moved))}
     chosen = {m.index for m in moved}
@@ -74,14 +71,12 @@ def _information(members: Sequence[Member], frame: Frame) -> dict[int, FloatArra
     if not rows:
         return {}
     every = np.concatenate(list(rows.values()))
-    states = frame.states[every] * np.array([1.0, 0.0, 1.0])
-    states[:, 1] = np.abs(frame.velocity[every])
-    spread = np.maximum(states.std(axis=0), 1e-9 * (1.0 + np.abs(states).max(axis=0)))
-    basis = quadratic(*((states - states.mean(axis=0)) / spread).T)
+    inputs = frame.torque[every], np.abs(frame.velocity[every]), frame.temperature[every]
+    basis = Standardisation.of(*inputs).basis(*inputs)
     ahead = (frame.direction[every] > 0.0)[:, None]
-    basis = np.hstack([basis * ahead, basis * ~ahead])
+    columns = np.hstack([basis * ahead, basis * ~ahead])
     ends = np.cumsum([0, *(found.size for found in rows.values())])
-    parts = [basis[a:b] for a, b in itertools.pairwise(ends)]
+    parts = [columns[a:b] for a, b in itertools.pairwise(ends)]
     return {index: part.T @ part / len(part) for index, part in zip(rows, parts, strict=True)}
 
 

@@ -9,7 +9,6 @@ import numpy as np
 
 from bench.mismatch.recordings.pieces import Piece
 from bench.recording import Recording
-from bench.simulation.frame import FloatArray
 
 Point = tuple[str, float, float, float]
 HELD_OUT_SHARE = 0.2
@@ -125,18 +124,13 @@ def _leverage(points: Sequence[_Point]) -> dict[_Point, float]:
     states = np.array([[p[1], abs(p[2]), p[3]] for p in points])
     spread = np.maximum(states.std(axis=0), 1e-9 * (1.0 + np.abs(states).max(axis=0)))
     a, b, c = ((states - states.mean(axis=0)) / spread).T
-    basis = quadratic(a, b, c)
+    basis = np.column_stack([np.ones(len(points)), a, b, c, a * a, b * b, c * c, a * b, a * c, b * c])
     forward = np.array([p[2] >= 0.0 for p in points])
     out = np.zeros(len(points))
     for side in (forward, ~forward):
         rows = basis[side]
         out[side] = np.einsum("ni,ij,nj->n", rows, np.linalg.inv(rows.T @ rows + np.eye(rows.shape[1])), rows)
     return dict(zip(points, out.tolist(), strict=True))
-
-
-def quadratic(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
-    """The ten columns (n, 10) of a quadratic polynomial of three quantities (n,)."""
-    return np.column_stack([np.ones(a.size), a, b, c, a * a, b * b, c * c, a * b, a * c, b * c])
 
 
 HELD_OUT_BLOCK = 4

@@ -47,18 +47,18 @@ def shaped(search: Search, others: Sequence[Chosen], start: Regressor) -> Chosen
     problem, bank = model.problem, model.bank
     beside = model.blocks(others)
     variance = fit_blocks(bank, beside, model.variances).variance
-    better = refined(problem, bank, beside, start, variance)
-    main = add_block(problem, bank, better)
-    fitted = fit_blocks(bank, [*beside, main], model.variances)
+
+    def fitted_from(term: Named, variance: float, tied: bool = False) -> tuple[Named, Block, Fit]:
+        better = refined(problem, bank, beside, term, variance, tied)
+        main = add_block(problem, bank, better)
+        return better, main, fit_blocks(bank, [*beside, main], model.variances)
+
+    better, main, fitted = fitted_from(start, variance)
     if start.point and fitted.variance < variance:
         # without the term its changes were recordings' offsets, and those of one recording alone told its numbers
-        better = refined(problem, bank, beside, better, fitted.variance)
-        main = add_block(problem, bank, better)
-        fitted = fit_blocks(bank, [*beside, main], model.variances)
+        better, main, fitted = fitted_from(better, fitted.variance)
     if not _shares(main, beside, fitted):
-        better = refined(problem, bank, beside, better, min(variance, fitted.variance), tied=True)
-        main = add_block(problem, bank, better)
-        fitted = fit_blocks(bank, [*beside, main], model.variances)
+        better, main, fitted = fitted_from(better, min(variance, fitted.variance), tied=True)
     if not (admissible(better, *fitted.of(main.indices)) and _shares(main, beside, fitted)):
         return None
     if problem.free and not (sound_beside(search, others, main, fitted) and not _taking(search, main, others, fitted)):

@@ -61,10 +61,9 @@ def _succeeded(search: Search) -> list[Slot]:
         chosen = next((s for s in successors if exchanges > 0 or len(s) < len(model.chosen)), None)
         if chosen is None:
             doubtful = _least_sure(model) or _less_than_its_correction(model)
-            parts = no_name_at_its_end(search, model.chosen)
-            if doubtful is None and len(parts) == len(model.chosen):
+            chosen = no_name_at_its_end(search, model.chosen) if doubtful is None else _in_its_place(search, doubtful)
+            if doubtful is None and len(chosen) == len(model.chosen):
                 return found
-            chosen = parts if doubtful is None else _in_its_place(search, doubtful)
         exchanges -= 1
         chosen = no_mere_form(search, chosen)
         search.model = replace(model, chosen=chosen, fit=model.refitted(chosen))

@@ -187,8 +187,8 @@ def test_before_is_the_simulation_refitted_without_the_effect(clear: Compared) -
     without, _, held, _ = dense(clear)
     more = float(np.sum((without**2 - (rows.y - predicted) ** 2) * held) / held.sum())
     before = np.sqrt(row["held_out_rmse_after"] ** 2 + more)
-    # plain least squares weighs the rows otherwise: what is missing moves the two calibrations by some per cent
-    assert row["held_out_rmse_before"] == pytest.approx(before, rel=0.1)
+    # plain least squares weighs the rows otherwise: what is missing moves the two calibrations apart, here by 7 %
+    assert row["held_out_rmse_before"] == pytest.approx(before, rel=0.08)
     # the only finding: the model without it is the simulation
     evidence = clear.finding()["evidence"]
     assert evidence["held_out_rmse_before"] == pytest.approx(row["held_out_rmse_before"], rel=0.03)

@@ -24,20 +24,18 @@ def _exponential(frame: Frame, point: Point) -> FloatArray:
     return columns(film, frame.last_direction * film)
 
 
-def _rational(frame: Frame, point: Point) -> FloatArray:
-    film = 1.0 / (1.0 + np.abs(frame.velocity) / point[0])
-    return columns(film, frame.last_direction * film)
-
-
-def _elastohydrodynamic(frame: Frame, point: Point) -> FloatArray:
-    film = 1.0 / (1.0 + (np.abs(frame.velocity) / point[0]) ** THICKNESS)
-    return columns(film, frame.last_direction * film)
-
-
 def _of_a_power(frame: Frame, point: Point) -> FloatArray:
     speed, power = point
     film = 1.0 / (1.0 + (np.abs(frame.velocity) / speed) ** power)
     return columns(film, frame.last_direction * film)
+
+
+def _rational(frame: Frame, point: Point) -> FloatArray:
+    return _of_a_power(frame, (*point, 1.0))
+
+
+def _elastohydrodynamic(frame: Frame, point: Point) -> FloatArray:
+    return _of_a_power(frame, (*point, THICKNESS))
 
 
 def _speeds_and_powers(frame: Frame) -> tuple[Point, ...]:
