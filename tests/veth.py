@@ -19,6 +19,8 @@ from pyroute2.netlink.exceptions import NetlinkError
 from fakes.ethercat.wire.control import ControlClient
 
 START_TIMEOUT_S = 60.0
+PRIORITY = 71
+"""Of an emulator, where real-time scheduling is allowed: it should not wait for the other tests, nor for a master."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +68,8 @@ class Emulator:
     def __init__(self, interface: str, folder: Path, **options: Any) -> None:
         control = folder / "control"
         given = {"interface": interface, "control": str(control), **options}
+        if real_time_allowed():
+            given.setdefault("priority", PRIORITY)
         command = [sys.executable, "-m", "fakes.ethercat.wire.service", json.dumps(given)]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         assert self.process.stdout is not None

@@ -151,10 +151,10 @@ class EtherCatBus:
         """The slaves, found, set up and mapped."""
         found = scan(self._master, self.specs, self.interface)
         for spec, slave in zip(self.specs, found, strict=True):
-            self._sdo[spec.name] = SdoClient(slave, spec.name)
+            self._sdo[spec.name] = SdoClient(slave, spec.name, self._drain)
             self._emergencies.listen(spec.name, slave)
             if spec.watchdog_s is not None:
-                set_watchdog(slave, spec.name, spec.watchdog_s)
+                set_watchdog(slave, spec.name, spec.watchdog_s, self._drain)
             # config_init wipes the callback and config_map calls it, so this is the one place to set it.
             slave.config_func = self._callback(spec) if spec.coe else None
         map_process_data(self._master)
@@ -174,6 +174,8 @@ class EtherCatBus:
         if isinstance(self._exchanger, CycleExchanger) and len(self._sockets) == 1:
             wait = nonblocking.FrameWait(next(iter(self._sockets)), self._timeout_us)
             self._exchanger.wait, self._exchanger.drain = wait, wait.drain
+        for sdo in self._sdo.values():
+            sdo.patience_s = 0.0  # from here on cycles wait for an access
         start_sync0(self.specs, self._slaves(), self.cycle_time_s, lambda: self.exchange(1))
         attempts = math.ceil(_OP_TIMEOUT_S / self.cycle_time_s)
         reach_op(self._master, self.specs, lambda: int(self.exchange(1).wkc[-1]), attempts)
@@ -274,6 +276,10 @@ class EtherCatBus:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+    def _drain(self) -> None:
+        for descriptor in self._sockets:
+            nonblocking.drain(descriptor)
 
     def _slaves(self) -> Sequence[Slave]:
         return self._master.slaves or ()

@@ -16,6 +16,8 @@ from pathlib import Path
 
 _FAMILY = getattr(socket, "AF_PACKET", None)
 _MOST_STALE, _FRAME_BYTES = 64, 2048
+MOST_BEHIND = 4096
+"""Frames that are dropped at most where no cycle waits: more than SOEM sends while a silent slave is asked."""
 
 
 def packet_sockets() -> frozenset[int]:
@@ -50,11 +52,26 @@ class FrameWait:
         return bool(select.select(self._sockets, (), (), self._patience_s)[0])
 
     def drain(self) -> None:
-        """Drop every frame that has come; at most a bounded number, in case they come without end."""
-        for _ in range(_MOST_STALE):
-            if not self._poll.poll(0):
-                return
-            os.read(self._sockets[0], _FRAME_BYTES)
+        """Drop what has come, as :func:`drain`."""
+        _drop(self._sockets[0], self._poll, _MOST_STALE)
+
+
+def drain(descriptor: int) -> None:
+    """Drop every frame that has come; at most a bounded number, in case they come without end.
+
+    SOEM numbers its frames modulo 16 and takes an old one of the same number for the answer to a new one; where one is
+    late, all that follow may be.
+    """
+    poll = select.poll()
+    poll.register(descriptor, select.POLLIN)
+    _drop(descriptor, poll, MOST_BEHIND)
+
+
+def _drop(descriptor: int, poll: select.poll, most: int) -> None:
+    for _ in range(most):
+        if not poll.poll(0):
+            return
+        os.read(descriptor, _FRAME_BYTES)
 
 
 def _descriptors() -> list[int]:

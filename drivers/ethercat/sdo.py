@@ -11,12 +11,10 @@ import pysoem
 from drivers.entries import TYPES, entry_name
 from drivers.errors import ParameterMismatchError, SdoAccessError
 from drivers.ethercat.codes import mailbox_error_text, sdo_abort_text
+from drivers.ethercat.patience import PATIENCE_S, Tries, nothing
 from drivers.ethercat.protocols import Slave
 
 _T = TypeVar("_T")
-
-ATTEMPTS = 3
-"""Tries of one access: an emergency message, or an error left over from another slave, costs one answer."""
 
 
 class SdoClient:
@@ -26,11 +24,17 @@ class SdoClient:
     ----------
     slave : slave of a master with pysoem's API.
     name : what the configuration calls the slave; stands in every error.
+    settle : as of :class:`~drivers.ethercat.patience.Tries`.
+
+    Attributes
+    ----------
+    patience_s : how long a silent slave is asked again, s; 0 where cycles wait meanwhile.
     """
 
-    def __init__(self, slave: Slave, name: str) -> None:
+    def __init__(self, slave: Slave, name: str, settle: Callable[[], None] = nothing) -> None:
         self.name = name
-        self._slave = slave
+        self.patience_s = PATIENCE_S
+        self._slave, self._settle = slave, settle
 
     def read_bytes(self, index: int, subindex: int, size: int = 0) -> bytes:
         """Raw content of an object; ``size`` in bytes where it is above 256.
@@ -114,8 +118,9 @@ class SdoClient:
         return True
 
     def _attempt(self, verb: str, index: int, subindex: int, access: Callable[[], _T]) -> _T:
-        reason = "no answer"
-        for _ in range(ATTEMPTS):
+        tries, more = Tries(self.patience_s, self._settle), True
+        while more:
+            silent = False
             try:
                 return access()
             except pysoem.SdoError as error:
@@ -130,12 +135,14 @@ class SdoClient:
             except pysoem.MailboxError as error:
                 reason = f"mailbox error {mailbox_error_text(error.error_code)}"
             except pysoem.WkcError:
-                reason = "the slave does not answer; its cable, supply and state should be looked at"
+                reason, silent = "the slave does not answer; its cable, supply and state should be looked at", True
             # pysoem asserts that an error it finds queued is of the slave it was asked about.
             except (pysoem.PacketError, AssertionError):
                 reason = "an unexpected mailbox answer came instead"
+            more = tries.again(silent=silent)
         raise SdoAccessError(
-            f"{self.name}: object {entry_name(index, subindex)} could not be {verb} in {ATTEMPTS} tries: {reason}",
+            f"{self.name}: object {entry_name(index, subindex)} could not be {verb} in {tries.made} tries "
+            f"({tries.waited_s:.1f} s): {reason}",
             self.name,
             index,
             subindex,

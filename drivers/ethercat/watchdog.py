@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 
 import pysoem
 
 from drivers.errors import BusError
+from drivers.ethercat.patience import Tries, nothing
 from drivers.ethercat.protocols import Slave
 
-_ATTEMPTS = 3
 
-
-def set_watchdog(slave: Slave, name: str, watchdog_s: float) -> None:
+def set_watchdog(slave: Slave, name: str, watchdog_s: float, settle: Callable[[], None] = nothing) -> None:
     """Set the watchdog, read it back and compare.
 
     Parameters
@@ -20,6 +20,7 @@ def set_watchdog(slave: Slave, name: str, watchdog_s: float) -> None:
     slave : slave of a master with pysoem's API.
     name : what the configuration calls it.
     watchdog_s : time, s.
+    settle : as of :class:`~drivers.ethercat.patience.Tries`.
 
     Raises
     ------
@@ -28,13 +29,15 @@ def set_watchdog(slave: Slave, name: str, watchdog_s: float) -> None:
     """
     wanted_ms = watchdog_s * 1e3
     reason = "it does not answer"
-    for _ in range(_ATTEMPTS):
+    tries, more = Tries(settle=settle), True
+    while more:
         try:
             kept_ms = _write_and_read(slave, wanted_ms)
         except AttributeError as error:
             reason = str(error)
             break
         except pysoem.WkcError:
+            more = tries.again(silent=True)
             continue
         # One step of the default divider is 0.1 ms.
         if abs(kept_ms - wanted_ms) <= max(0.1, 0.01 * wanted_ms):

@@ -27,7 +27,7 @@ from bench.recording import Gearbox, Recording, RecordingHeader
 from bench.recording.validation import validate
 from bench.safety import Act, Cause, is_device_fault
 from tests.system.test_rig import Tape, never, short
-from tests.veth import Emulator, VethPair, real_time_allowed
+from tests.veth import Emulator, VethPair
 
 PATIENCE_S = 20.0
 ROOT = Path(__file__).parents[2]
@@ -42,8 +42,7 @@ def patient(file: BenchFile) -> BenchFile:
 
 @pytest.fixture
 def emulator(veth: VethPair, tmp_path: Path) -> Iterator[Emulator]:
-    priority = 71 if real_time_allowed() else None
-    running = Emulator(veth.far, tmp_path, seed=5, priority=priority, cycle_time_s=0.001)
+    running = Emulator(veth.far, tmp_path, seed=5, cycle_time_s=0.001)
     yield running
     running.stop()
 

@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 
 from drivers.errors import ParameterMismatchError, SdoAccessError
 from drivers.ethercat import SdoClient
+from drivers.ethercat.patience import PATIENCE_S, Tries
 from tests.drivers.ethercat.scripted import ScriptedSlave
 
 
@@ -81,10 +82,40 @@ def test_one_disturbed_answer_is_asked_for_again(disturbance: Exception) -> None
 )
 def test_lasting_trouble_ends_in_a_sentence(disturbance: Exception, words: str) -> None:
     sdo, slave = client()
+    sdo.patience_s = 0.0
     slave.sdo_script = [disturbance] * 10
     with pytest.raises(SdoAccessError, match=words):
         sdo.read(0x6041, 0, "u2")
     assert len(slave.sdo_script) == 7  # three tries, no more
+
+
+def test_a_slave_that_is_late_is_waited_for() -> None:
+    sdo, slave = client()
+    slave.put(0x6041, 0, "u2", 0x0250)
+    slave.sdo_script = [pysoem.WkcError(wkc=0)] * 10
+    assert sdo.read(0x6041, 0, "u2") == 0x0250
+
+
+@pytest.mark.parametrize(("answer_takes_s", "asked"), [(0.0, 211), (0.02, 70), (0.7, 3), (5.0, 3)])
+def test_a_silent_slave_counts_as_gone_after_three_unanswered_requests_or_their_time(
+    answer_takes_s: float, asked: int
+) -> None:
+    now = [0.0]
+
+    def sleep(seconds: float) -> None:
+        now[0] += seconds
+
+    tries, more = Tries(clock=lambda: now[0], sleep=sleep), True
+    while more:
+        now[0] += answer_takes_s
+        more = tries.again(silent=True)
+    assert tries.made == pytest.approx(asked, abs=1)
+    assert tries.waited_s == pytest.approx(max(PATIENCE_S, 3 * answer_takes_s), abs=0.05)
+
+
+def test_a_wrong_answer_is_no_reason_to_wait() -> None:
+    tries = Tries(sleep=lambda _: pytest.fail("it paused"))
+    assert [tries.again(silent=False) for _ in range(3)] == [True, True, False]
 
 
 def test_exists_tells_missing_from_failing() -> None:
