@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -79,19 +80,23 @@ class Mean:
         beside = share * np.sum(np.exp(exponent - largest) / more, axis=0)
         return np.asarray(np.log(alone + beside) + largest)
 
-    def gain(self, pulse: Pulse, before: Complex) -> float:
+    def beside(self, before: Complex) -> Callable[[Pulse], float]:
         """Gain of log-likelihood of a pulse beside others that give ``before`` (k,).
 
         Against nothing in its place, or against orders of the pulse's sizes with phases of their own, whichever says
         more of the spectrum: only where the phases are those of one place is it a pulse.
         """
-        drawn = pulse.vectors(self.orders)
         # nature's pulse is no Gaussian: here and beside those before
         others = 0.5 * (criteria.SHAPE * np.abs(before)) ** 2
-        others_and_it = others + 0.5 * (criteria.SHAPE * envelope(pulse, self.orders)) ** 2
         nothing = self.density(before, others).sum()
-        as_large = self.density(before, others_and_it + 0.5 * np.abs(drawn) ** 2).sum()
-        return float(self.density(before + drawn, others_and_it).sum() - max(nothing, as_large))
+
+        def gain(pulse: Pulse) -> float:
+            drawn = pulse.vectors(self.orders)
+            others_and_it = others + 0.5 * (criteria.SHAPE * envelope(pulse, self.orders)) ** 2
+            as_large = self.density(before, others_and_it + 0.5 * np.abs(drawn) ** 2).sum()
+            return float(self.density(before + drawn, others_and_it).sum() - max(nothing, as_large))
+
+        return gain
 
     def best(self, before: Complex, starts: int) -> tuple[float, Pulse] | None:
         """The pulse that gains most beside others: by a matched filter over the angle, then refined."""
@@ -113,26 +118,10 @@ class Mean:
                 begins.append(Pulse(2.0 * np.pi * at / GRID, float(width), height))
                 half_width = max(1, int(2.0 * width / (2.0 * np.pi) * GRID))
                 matched[np.arange(at - half_width, at + half_width + 1) % GRID] = 0.0
-        tried = sorted((self._begun(p, before) for p in begins), key=lambda g: -g[0])[:starts]
-        out = [self._refined(p, before) for _, p in tried]
+        gain = self.beside(before)
+        tried = sorted((_begun(p, gain) for p in begins), key=lambda g: -g[0])[:starts]
+        out = [_refined(p, gain) for _, p in tried]
         return max(out, key=lambda g: g[0]) if out else None
-
-    def _begun(self, begin: Pulse, before: Complex) -> tuple[float, Pulse]:
-        """A begin of the matched filter with the height that gains most: weak orders that happen to be in phase with it
-        make it too high.
-        """
-        lower = [replace(begin, height=share * begin.height) for share in BEGINS]
-        return max(((self.gain(p, before), p) for p in lower), key=lambda g: g[0])
-
-    def _refined(self, begin: Pulse, before: Complex) -> tuple[float, Pulse]:
-        def pulse(x: FloatArray) -> Pulse:
-            # a wider one is a handful of low orders, whose phases agree by chance now and then
-            width = float(np.clip(begin.width * np.exp(x[1]), 0.5 * WIDTHS[0], WIDTHS[-1]))
-            return Pulse(float(begin.angle + begin.width * x[0]), width, float(begin.height * (1.0 + x[2])))
-
-        found = lowest(lambda x: -self.gain(pulse(x), before), np.zeros(3), np.array([0.3, 0.25, 0.25]), 90)
-        best = pulse(found)
-        return self.gain(best, before), Pulse(float(np.mod(best.angle, 2.0 * np.pi)), best.width, best.height)
 
 
 def envelope(pulse: Pulse, orders: FloatArray) -> FloatArray:
@@ -140,3 +129,22 @@ def envelope(pulse: Pulse, orders: FloatArray) -> FloatArray:
     the square of the order, however smooth the Gaussian that it is most like (Bracewell, The Fourier Transform, ch. 8).
     """
     return np.asarray(np.abs(pulse.height) * pulse.width * np.sqrt(2.0 / np.pi) / (1.0 + (orders * pulse.width) ** 2))
+
+
+def _begun(begin: Pulse, gain: Callable[[Pulse], float]) -> tuple[float, Pulse]:
+    """A begin of the matched filter with the height that gains most: weak orders that happen to be in phase with it
+    make it too high.
+    """
+    lower = [replace(begin, height=share * begin.height) for share in BEGINS]
+    return max(((gain(p), p) for p in lower), key=lambda g: g[0])
+
+
+def _refined(begin: Pulse, gain: Callable[[Pulse], float]) -> tuple[float, Pulse]:
+    def pulse(x: FloatArray) -> Pulse:
+        # a wider one is a handful of low orders, whose phases agree by chance now and then
+        width = float(np.clip(begin.width * np.exp(x[1]), 0.5 * WIDTHS[0], WIDTHS[-1]))
+        return Pulse(float(begin.angle + begin.width * x[0]), width, float(begin.height * (1.0 + x[2])))
+
+    found = lowest(lambda x: -gain(pulse(x)), np.zeros(3), np.array([0.3, 0.25, 0.25]), 90)
+    best = pulse(found)
+    return gain(best), Pulse(float(np.mod(best.angle, 2.0 * np.pi)), best.width, best.height)

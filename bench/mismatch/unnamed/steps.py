@@ -83,11 +83,16 @@ def _usual(step: FloatArray) -> FloatArray:
     """Usual size of a step in each piece (pieces,), by the median; no less than in the median piece, for few steps tell
     it badly.
     """
-    known = np.isfinite(step).any(axis=1)
-    middle = np.nanmedian(step[known], axis=1, keepdims=True)
-    each = np.full(step.shape[0], np.nan)
-    each[known] = 1.4826 * np.nanmedian(np.abs(step[known] - middle), axis=1)
+    each = 1.4826 * _medians(np.abs(step - _medians(step)[:, None]))
     return np.asarray(np.fmax(each, np.nanmedian(each)))
+
+
+def _medians(values: FloatArray) -> FloatArray:
+    """Median of each row without its nan; nan where it has nothing else. ``nanmedian`` takes thirty times as long."""
+    ordered, number = np.sort(values, axis=1), np.isfinite(values).sum(axis=1)
+    row = np.arange(values.shape[0])
+    # nan are sorted behind all others
+    return np.asarray(0.5 * (ordered[row, np.maximum(number - 1, 0) // 2] + ordered[row, number // 2]))
 
 
 def _largest_in_noise(values: FloatArray, seen: NDArray[np.bool_], seed: int) -> FloatArray:

@@ -86,9 +86,9 @@ def test_a_pulse_is_begun_lower_where_orders_make_its_matched_filter_too_high() 
     line = pulse_mean.Mean.of(seen, seen.mean)
     before = np.zeros(line.orders.size, dtype=np.complex128)
     for much in (1.0, 2.0, 4.0):
-        gain, begun = line._begun(Pulse(2.1, 0.03, much * 2e-5), before)
+        gain, begun = pulse_mean._begun(Pulse(2.1, 0.03, much * 2e-5), line.beside(before))
         assert begun.height == pytest.approx(2e-5)
-        assert gain == pytest.approx(line.gain(pulse, before))
+        assert gain == pytest.approx(line.beside(before)(pulse))
 
 
 def test_weak_orders_of_pulse_like_sizes_with_phases_of_their_own_are_no_pulse() -> None:
