@@ -20,6 +20,7 @@ from bench.identification.samples.rounding import rounded_twice, with_single_rou
 from bench.identification.samples.rows import Rows
 from bench.identification.samples.spikes import spikes
 from bench.identification.samples.steady import ReductionOptions, SteadySums, steady_sums
+from bench.identification.samples.thermometer import beyond_pt100
 from bench.identification.samples.windows import lost_cycles, steady_window
 from bench.recording import Recording
 
@@ -36,6 +37,7 @@ CHANNELS = (
     "temperature",
     "ambient_temperature",
 )
+THERMOMETERS = ("temperature", "ambient_temperature")
 MAX_BAD_SHARE = 0.05
 
 
@@ -69,23 +71,27 @@ class Reduction:
 def _repaired(
     recording: Recording, channels: dict[str, FloatArray], sentences: list[str]
 ) -> tuple[dict[str, FloatArray], NDArray[np.bool_]]:
-    """Drop channels that are mostly not numbers; elsewhere bridge such samples and mark their rows."""
+    """Drop channels that are mostly not numbers, or of an open thermometer; elsewhere bridge such samples and mark the
+    rows.
+    """
     kept: dict[str, FloatArray] = {}
     bad_rows = np.zeros(channels["time"].size, dtype=bool)
     for name, values in channels.items():
-        bad = ~np.isfinite(values)
+        bad, is_so = ~np.isfinite(values), "is not a number"
+        if name in THERMOMETERS and (open_ := beyond_pt100(values)).any():
+            bad, is_so = bad | open_, "is at an end of a PT100's range (circuit open or shorted) or not a number"
         if not bad.any():
             kept[name] = values
             continue
         first = int(np.argmax(bad))
         if bad.mean() > MAX_BAD_SHARE:
             sentences.append(
-                f"{recording.recording_id}: channel '{name}' is not a number in {100 * bad.mean():.1f} % of its "
+                f"{recording.recording_id}: channel '{name}' {is_so} in {100 * bad.mean():.1f} % of its "
                 f"samples (first at {first}); the channel is not used."
             )
             continue
         sentences.append(
-            f"{recording.recording_id}: channel '{name}' is not a number in {int(bad.sum())} samples "
+            f"{recording.recording_id}: channel '{name}' {is_so} in {int(bad.sum())} samples "
             f"(first at {first}); those rows are left out."
         )
         rows = np.arange(values.size)

@@ -1,8 +1,9 @@
-"""Sensors that say the same while the shaft turns, or the opposite of what they say in the other recordings."""
+"""Sensors that do not measure: an encoder that stands, an open thermometer, a torque of the other sign."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,14 @@ LOADED = 0.2
 """of the largest load of a folder, which a recording has to have that tells its sign: the rest is noise and friction"""
 ABOUT_ONE = (0.5, 2.0)
 """load torque over the load motor's torque, in size, of a recording that tells its sign: the rest is friction"""
+
+
+@dataclass(frozen=True, slots=True)
+class Faulty:
+    """What a sensor does that does not measure, and at which share of the samples."""
+
+    does: str
+    share: float
 
 
 def stuck(angle: FloatArray, other: FloatArray) -> NDArray[np.bool_]:

@@ -14,7 +14,7 @@ from bench.mismatch.recordings.collected import Collected
 from bench.mismatch.recordings.comparable import Comparable
 from bench.mismatch.recordings.dataset import Dataset, Member, is_linear
 from bench.mismatch.recordings.extrapolated import fitted_too
-from bench.mismatch.recordings.faulty import of_other_sign
+from bench.mismatch.recordings.faulty import Faulty, of_other_sign
 from bench.mismatch.recordings.motion import Manner, slowly
 from bench.mismatch.recordings.notch import ripple_orders
 from bench.mismatch.recordings.pieces import Piece, pieces
@@ -86,9 +86,8 @@ def load(path: Paths, progress: Progress | None = None, jobs: int = 1, base: Bas
             title = called[str(recording.path)] + part.name.removeprefix(recording.recording_id)
             data.members.append(Member(number, recording, point_of(recording, step), held[number], fold[number], title))
         notes += [
-            f"{recording.recording_id}: {name} stays at one value while the other encoder turns, {share:.2g} of the"
-            " samples: not compared there"
-            for name, share in read.stuck.items()
+            f"{recording.recording_id}: {name} {what.does}, {what.share:.2g} of the samples: not compared there"
+            for name, what in read.faulty.items()
         ]
         if read.dead:
             text = f"{recording.recording_id} holds no number in {', '.join(sorted(read.dead))}"
@@ -121,6 +120,8 @@ def _usable(recording: Recording) -> str | None:
         return (
             f"{recording.path.name} has {recording.size} samples; at least {LEAST_SAMPLES} are needed to say anything"
         )
+    if recording.accepted is False:
+        return f"{recording.path.name}: the quality gate did not accept it"
     if recording.gearbox.ratio is None:
         return f"{recording.path.name} names no gear ratio (gearbox/ratio); without it no angle can be compared"
     if not any(name in recording.specs for name in ("load_angle", "motor_torque", "load_torque", "temperature")):
@@ -174,7 +175,7 @@ class _Read:
     dead: frozenset[str] = frozenset()
     why: str = ""
     simulated: frozenset[str] = frozenset()
-    stuck: Mapping[str, float] = field(default_factory=dict)
+    faulty: Mapping[str, Faulty] = field(default_factory=dict)
 
 
 def _read(task: _Task) -> _Read:
@@ -188,7 +189,7 @@ def _read(task: _Task) -> _Read:
     for number, part in task.pieces:
         rows.add(part.cut(prepared, number), channels, task.folder.manner)
     travel, simulated = float(prepared.frame.travel[-1]), frozenset(prepared.simulated)
-    return _Read(rows, travel, prepared.dead, "", simulated, prepared.stuck)
+    return _Read(rows, travel, prepared.dead, "", simulated, prepared.faulty)
 
 
 def _otherwise(recording: Recording, here: frozenset[str], others: frozenset[str]) -> str:

@@ -16,8 +16,9 @@ from bench.errors import RecordingError
 from bench.foreign.base import BY, Base
 from bench.foreign.inputs import inputs_of
 from bench.identification.samples.spikes import spikes
+from bench.identification.samples.thermometer import PT100_RANGE, beyond_pt100
 from bench.mismatch import criteria
-from bench.mismatch.recordings.faulty import stuck
+from bench.mismatch.recordings.faulty import Faulty, stuck
 from bench.mismatch.recordings.level import kept_segments, levelled, numbered
 from bench.mismatch.recordings.motion import Manner, away_from_turns, corners, directions, passing, since_change
 from bench.mismatch.recordings.notch import notched
@@ -27,6 +28,7 @@ from bench.mismatch.recordings.smoothing import SHORTEST, local_quadratic, repai
 from bench.mismatch.recordings.thinning import Measured, Thinning, group_of
 from bench.mismatch.recordings.window import ANGLE, VELOCITY, Rates, motion
 from bench.recording import SIMULATED, Recording
+from bench.recording.times import not_increasing
 from bench.simulation.composed import acceleration_of, rate_of
 from bench.simulation.frame import FloatArray, Frame, IntArray
 from bench.simulation.quantities import AUXILIARY
@@ -68,8 +70,8 @@ class Prepared:
     """the load motor's ripple that was taken off a channel, a value a group"""
     simulated: dict[str, FloatArray] = field(default_factory=dict)
     """what a simulation from elsewhere says of a channel, taken off it, a value a group"""
-    stuck: dict[str, float] = field(default_factory=dict)
-    """share of the samples at which an encoder stays at one value while the other turns"""
+    faulty: dict[str, Faulty] = field(default_factory=dict)
+    """by channel: at which samples its sensor does not measure"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,29 +95,40 @@ class _Signals:
         names = [n for n in _READ if n in recording.specs]
         names += [n for n in recording.specs if n.startswith(AUXILIARY)]
         self._raw = recording.read_si(["time", *names])
+        if (problem := not_increasing(self._raw["time"])) is not None:
+            raise RecordingError(f"time {problem}")
         self._size = recording.size
         self._thinning = thinning
         self.bad: dict[str, NDArray[np.bool_]] = {}
         self.samples: dict[str, FloatArray] = {}
         for name in names:
             self.bad[name] = spikes(self._raw[name])
-        self.stuck = self._mark_stuck(recording.gearbox.ratio)
+        self.faulty = {**self._mark_stuck(recording.gearbox.ratio), **self._mark_open()}
         for name in names:
             self.samples[name] = repaired(self._raw[name], self.bad[name])
 
-    def _mark_stuck(self, ratio: float | None) -> dict[str, float]:
-        """Mark samples of an encoder that stays at one value while the other turns as bad; their share by channel."""
-        out: dict[str, float] = {}
+    def _mark(self, name: str, does: str, where: NDArray[np.bool_]) -> dict[str, Faulty]:
+        """Mark samples of a channel as bad; what is wrong with it, by its name, if there are any."""
+        self.bad[name] = self.bad[name] | where
+        return {name: Faulty(does, float(where.mean()))} if where.any() else {}
+
+    def _mark_open(self) -> dict[str, Faulty]:
+        """Mark samples of a thermometer whose circuit is open or shorted as bad."""
+        if "temperature" not in self._raw:
+            return {}
+        text = f"reads {PT100_RANGE[0]:g} or {PT100_RANGE[1]:g} °C or beyond, as a PT100 does that is open or shorted"
+        return self._mark("temperature", text, beyond_pt100(self._raw["temperature"]))
+
+    def _mark_stuck(self, ratio: float | None) -> dict[str, Faulty]:
+        """Mark samples of an encoder that stays at one value while the other turns as bad."""
+        out: dict[str, Faulty] = {}
         if ratio is None or not {"motor_angle", "load_angle"} <= self._raw.keys():
             return out
         names = ("motor_angle", "load_angle")
         motor, load = (repaired(self._raw[name], self.bad[name]) for name in names)
         motor = motor / ratio
         for name, angle, other in (("motor_angle", motor, load), ("load_angle", load, motor)):
-            at_one_value = stuck(angle, other)
-            if at_one_value.any():
-                self.bad[name] = self.bad[name] | at_one_value
-                out[name] = float(at_one_value.mean())
+            out |= self._mark(name, "stays at one value while the other encoder turns", stuck(angle, other))
         return out
 
     def __contains__(self, name: str) -> bool:
@@ -260,7 +273,7 @@ def prepare(
         signals.samples["motor_angle"] / ratio if "motor_angle" in signals else thinning.spread(theta, recording.size)
     )
     kind = recording.kind
-    parts = (measured, swept, leaning, angle, label, corner, dead, taken, simulated, signals.stuck)
+    parts = (measured, swept, leaning, angle, label, corner, dead, taken, simulated, signals.faulty)
     return Prepared(kind, rate, frame, thinning, *parts)
 
 

@@ -15,6 +15,7 @@ from bench.recording.file.attributes import AttributeProblem
 from bench.recording.file.channel_names import channel_names
 from bench.recording.file.storage import first_missing_row
 from bench.recording.rules.findings import Finding
+from bench.recording.times import not_increasing
 from bench.signals import BY_NAME, REQUIRED
 
 _BLOCK_ROWS = 1 << 19
@@ -188,12 +189,11 @@ def time_and_cycle(file: h5py.File, path: Path) -> Iterator[Finding]:
         return  # the rule on stored rows says so
     if abs(time[0]) > 0.5 / rate:
         yield "/channels/time", f"starts at {time[0]:g} s, it should start at 0 with the first sample", False
-    steps = np.diff(time)
-    if steps.size and not np.all(steps > 0):
-        index = int(np.argmin(steps > 0)) + 1
-        text = f"at index {index} is {time[index]:.9g} s after {time[index - 1]:.9g} s, it should strictly increase"
+    text = not_increasing(time)
+    if text is not None:
         yield "/channels/time", text, False
         return
+    steps = np.diff(time)
     if steps.size and abs(float(np.median(steps)) * rate - 1) > _RATE_TOLERANCE:
         text = f"steps by {np.median(steps):g} s, root attribute 'sample_rate' {rate:g} Hz says {1 / rate:g} s"
         yield "/channels/time", text, False

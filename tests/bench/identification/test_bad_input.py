@@ -122,6 +122,20 @@ def test_a_channel_of_nans_is_not_used(small: Path, tmp_path: Path) -> None:
     assert any("r003: channel 'temperature' is not a number in 100.0 %" in s for s in said)
 
 
+def test_an_open_thermometer_is_said_and_not_used(small: Path, tmp_path: Path) -> None:
+    def spoil(file: h5py.File) -> None:
+        channel = file["channels"]["temperature"]
+        values = channel[...] * float(channel.attrs.get("scale", 1.0))
+        values[values.size // 2 :] = 850.0
+        _replace(file, "temperature", values)
+        file["channels"]["temperature"].attrs["scale"] = 1.0
+
+    said = _sentences(_spoiled(small, tmp_path, "r003", spoil))
+    (told,) = [s for s in said if "PT100" in s]
+    assert told.startswith("r003: channel 'temperature' is at an end of a PT100's range (circuit open or shorted)")
+    assert "in 50.0 % of its samples" in told
+
+
 def test_a_broken_file_is_left_out(small: Path, tmp_path: Path) -> None:
     folder = tmp_path / "broken"
     shutil.copytree(small, folder)

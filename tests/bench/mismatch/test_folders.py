@@ -10,6 +10,7 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -64,6 +65,10 @@ def write(folder: Path, number: int, seconds: float = 8.0, without: tuple[str, .
     if standing:
         held = slice(0, n) if changes.pop("from_start", False) else slice(int(3.0 * rate), int(6.0 * rate))
         values[standing][held] = values[standing][held.start]
+    if changes.pop("open_circuit", False):
+        values["temperature"][n // 3 :] = 850.0
+    if changes.pop("clock_back", False):
+        values["time"][n // 2 :] -= 3.0
     bad = changes.pop("bad", None)
     if bad is not None:
         values[str(bad)][:] = np.nan
@@ -149,6 +154,42 @@ def test_a_torque_sensor_with_the_other_sign_in_one_recording_is_rejected(tmp_pa
         for number in range(8):
             write(other, number, opposite=number in faulty)
         assert not load(other).rejected
+
+
+def test_what_the_quality_gate_did_not_accept_is_not_used(tmp_path: Path) -> None:
+    """As in `bench identify`."""
+    for number in range(7):
+        path = write(tmp_path, number)
+        with h5py.File(path, "r+") as file:
+            file.attrs["accepted"] = number != 3
+    data = load(tmp_path)
+    assert {m.recording.recording_id for m in data.members} == {f"r{k:03d}" for k in range(7) if k != 3}
+    assert data.rejected == [("r003.h5", "r003.h5: the quality gate did not accept it")]
+
+
+def test_a_clock_that_goes_back_is_told_and_the_recording_not_used(tmp_path: Path) -> None:
+    for number in range(7):
+        write(tmp_path, number, clock_back=number == 2)
+    ((name, why),) = load(tmp_path).rejected
+    assert name == "r002.h5"
+    assert why.endswith("time at index 800 is 1 s after 3.995 s, it should strictly increase")
+
+
+def test_a_thermometer_whose_circuit_opens_is_not_compared_from_then_on(tmp_path: Path) -> None:
+    """A PT100's range ends at 850 °C (IEC 60751); the oil stays as warm as it was for what depends on it."""
+    for number in range(7):
+        write(tmp_path, number, open_circuit=number == 2)
+    data = load(tmp_path)
+    (note,) = [text for text in data.notes if "PT100" in text]
+    assert note == (
+        "r002: temperature reads -200 or 850 °C or beyond, as a PT100 does that is open or shorted, 0.67 of the"
+        " samples: not compared there"
+    )
+    rows = data.rows["temperature"]
+    counted = [float(rows.number[rows.frame.recording == k].sum()) for k in range(7)]
+    assert counted[2] == pytest.approx(counted[1] / 3.0, rel=0.1)
+    for channel in data.rows.values():
+        assert np.max(channel.frame.temperature) < 25.2
 
 
 def test_an_encoder_that_never_moves_is_no_transmission_error(tmp_path: Path) -> None:
