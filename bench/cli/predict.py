@@ -5,12 +5,15 @@ from __future__ import annotations
 import json
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from bench.cli._plain import say
 from bench.cli.mismatch import one_thread
+
+if TYPE_CHECKING:
+    from bench.exchange.predicted import Channel
 
 
 class Form(StrEnum):
@@ -57,14 +60,13 @@ def predict(
         files = [WRITERS[form.value](one, out)]
         if plot:
             files.append(draw(one, out))
-        left = {channel.name: {"rms": channel.rms, "unit": channel.unit} for channel in one.channels}
+        left = {
+            c.name: {"rms": c.rms, "rms_of_all": c.rms_of_all, "compared": c.compared, "unit": c.unit}
+            for c in one.channels
+        }
         written.append({"recording": one.recording.recording_id, "files": [str(f) for f in files], "residual": left})
         if not as_json:
-            parts = [
-                f"{channel.name} {'not compared' if channel.rms is None else f'{channel.rms:.3g} {channel.unit}'}"
-                for channel in one.channels
-            ]
-            say(f"{files[0]}: residual (rms) {', '.join(parts)}")
+            say(f"{files[0]}: residual (rms) {', '.join(_said(channel) for channel in one.channels)}")
     if as_json:
         sentences = list(dict.fromkeys(sentence for alike in refused.values() for sentence in alike))
         say(json.dumps({"recordings": written, "refused": sentences, "notes": notes}, ensure_ascii=False))
@@ -73,3 +75,13 @@ def predict(
         say(f"note: {note}")
     for first, *others in refused.values():
         say(f"note: {first}{f' (the same in {len(others)} other recordings)' if others else ''}")
+
+
+def _said(channel: Channel) -> str:
+    """Name and residual of a channel; where not all samples are compared, how many are, and what all of them leave."""
+    if channel.rms is None:
+        return f"{channel.name} not compared"
+    text = f"{channel.name} {channel.rms:.3g} {channel.unit}"
+    if channel.compared == 1.0:
+        return text
+    return f"{text} ({channel.compared:.0%} of the samples are compared; over all {channel.rms_of_all:.3g})"

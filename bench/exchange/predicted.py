@@ -39,9 +39,22 @@ class Channel:
     @property
     def rms(self) -> float | None:
         """Root mean square of the residual over the samples that are compared; None where there are none."""
-        left = self.residual[self.counts]
-        left = left[np.isfinite(left)]
-        return float(np.sqrt(np.mean(left**2))) if left.size else None
+        return _rms(self.residual[self.counts])
+
+    @property
+    def rms_of_all(self) -> float | None:
+        """The same over all samples, those that are not compared (at rest, turning, wild) as well."""
+        return _rms(self.residual)
+
+    @property
+    def compared(self) -> float:
+        """Share of the samples that are compared."""
+        return float(self.counts.mean()) if self.counts.size else 0.0
+
+
+def _rms(left: FloatArray) -> float | None:
+    left = left[np.isfinite(left)]
+    return float(np.sqrt(np.mean(left**2))) if left.size else None
 
 
 @dataclass(frozen=True, slots=True)

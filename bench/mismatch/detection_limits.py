@@ -17,6 +17,9 @@ from bench.mismatch.recordings.output_orders import HIGHEST_OUTPUT_ORDER
 from bench.mismatch.recordings.vibration import HIGHEST_SHAFT_ORDER
 from bench.simulation.terms import CHANNEL_UNITS, LOAD_TORQUE, MOTOR_TORQUE, TRANSMISSION_ERROR
 
+NEARLY_ALL = 0.95
+"""of the compared motion that goes one way: the rest is how recordings start"""
+
 
 def limits(outcome: ChannelOutcome, data: Dataset) -> str:
     """One sentence: below what size effects, and above what order, a channel's recordings could not have shown any."""
@@ -28,12 +31,26 @@ def limits(outcome: ChannelOutcome, data: Dataset) -> str:
     return f"{outcome.channel}: these recordings could not have shown {', nor '.join(lines)}"
 
 
+def one_way(outcome: ChannelOutcome) -> list[str]:
+    """A sentence where nearly all motion that the motor torque is compared in goes one way."""
+    frame, number = outcome.rows.frame, np.where(outcome.usable, outcome.rows.number, 0.0)
+    ways = [float(number[frame.direction == side].sum()) for side in (1.0, -1.0)]
+    if outcome.channel != MOTOR_TORQUE or not any(ways) or max(ways) < NEARLY_ALL * sum(ways):
+        return []
+    return [
+        f"{outcome.channel}: {max(ways) / sum(ways):.3g} of the compared motion goes one way, so friction is not told"
+        " from a torque that keeps its sign when the motion turns round, such as gravity or cogging"
+    ]
+
+
 def _orders(outcome: ChannelOutcome, data: Dataset) -> Sequence[str]:
     if outcome.channel == TRANSMISSION_ERROR:
         highest = float(HIGHEST_ORDER)
     elif outcome.channel in (MOTOR_TORQUE, LOAD_TORQUE):
         if not data.output.get(outcome.channel):
-            return ["what comes once a revolution of the output or oftener, of which no steady part has a whole one"]
+            return [
+                "single orders of the output, but for functions of the angle (no steady part has a whole revolution)"
+            ]
         highest = float(HIGHEST_OUTPUT_ORDER)
     else:
         return []

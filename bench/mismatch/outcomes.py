@@ -33,7 +33,7 @@ from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms import TRANSMISSION_ERROR
 
 SPECTRA = "spectra of the steady parts, medians over recordings and frequencies"
-DIFFERENCES = "differences of neighbouring rows"
+DIFFERENCES = "differences of rows a few steps apart: what changes as quickly counts as noise"
 SCATTER = "scatter inside blocks of two seconds and of these about parabolas over nine of them, medians over recordings"
 BY_REVOLUTIONS = "revolutions against each other, medians over orders and frequencies"
 MOST_ROWS = 4000

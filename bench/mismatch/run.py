@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 from bench.foreign.base import Base
 from bench.mismatch import score, simulation_file
 from bench.mismatch.analysis import Analysis, Progress, analyse, compared_channels
-from bench.mismatch.detection_limits import limits
+from bench.mismatch.detection_limits import limits, one_way
 from bench.mismatch.given import Given
 from bench.mismatch.leave_one_out import Map, leave_one_out
 from bench.mismatch.memory import give_back
@@ -98,7 +98,7 @@ def _run(
         report.outcomes = tuple(analysis.outcomes.values())
         for outcome in report.outcomes:
             unexplained(outcome)
-            outcome.notes.append(limits(outcome, data))
+            outcome.notes += [limits(outcome, data), *one_way(outcome)]
         if {LOAD_TORQUE, MOTOR_TORQUE} <= analysis.outcomes.keys():
             load_densities = data.density.get(LOAD_TORQUE, ())
             without_passed_on(analysis.outcomes[LOAD_TORQUE], analysis.outcomes[MOTOR_TORQUE], load_densities)

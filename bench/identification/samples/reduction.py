@@ -71,9 +71,7 @@ class Reduction:
 def _repaired(
     recording: Recording, channels: dict[str, FloatArray], sentences: list[str]
 ) -> tuple[dict[str, FloatArray], NDArray[np.bool_]]:
-    """Drop channels that are mostly not numbers, or of an open thermometer; elsewhere bridge such samples and mark the
-    rows.
-    """
+    """Drop channels without numbers, or of an open thermometer, in most samples; else bridge and mark such samples."""
     kept: dict[str, FloatArray] = {}
     bad_rows = np.zeros(channels["time"].size, dtype=bool)
     for name, values in channels.items():

@@ -6,6 +6,7 @@ import csv
 import json
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -70,6 +71,21 @@ def test_a_table_has_the_same_numbers(recording: Path, tmp_path: Path) -> None:
         rows = list(csv.DictReader(file))
     left = [float(r["residual/motor_torque [N·m]"]) for r in rows]
     assert np.std(left) == pytest.approx(row["residual"]["motor_torque"]["rms"], rel=0.1)
+
+
+def test_what_is_not_compared_is_told_beside_what_is(recording: Path, tmp_path: Path) -> None:
+    """A spike counts as no residual, but it is in the file that is written."""
+    with h5py.File(recording, "r+") as file:
+        file["channels/motor_torque"][100] = 50.0
+    out = tmp_path / "out"
+    arguments = ["predict", str(model(tmp_path)), str(recording), "--out", str(out), "--no-plot"]
+    said = CliRunner().invoke(make_app(), arguments).output
+    left = Recording.open(out / "r001.h5").si("residual/motor_torque")
+    assert f"of the samples are compared; over all {np.sqrt(np.mean(left**2)):.3g})" in said.replace("\n", " ")
+    row = json.loads(CliRunner().invoke(make_app(), [*arguments, "--json"]).output)["recordings"][0]["residual"]
+    found = row["motor_torque"]
+    assert 0.9 < found["compared"] < 1.0
+    assert found["rms"] < 0.03 < 1.0 < found["rms_of_all"]
 
 
 def test_what_cannot_be_predicted_is_refused(recording: Path, tmp_path: Path) -> None:

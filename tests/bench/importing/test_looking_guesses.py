@@ -70,6 +70,12 @@ def test_an_angle_that_turns_farther_than_one_of_the_motors_name_is_not_the_outp
     assert taken["motor_angle"] == "phi_mot[rad]"
 
 
+def test_an_effort_is_a_torque_but_for_that_of_a_controller(tmp_path: Path) -> None:
+    """As ROS calls it (sensor_msgs/JointState)."""
+    made = _draft(tmp_path, **{"phi_mot[rad]": _Q, "control_effort": np.sin(_T), "effort": np.cos(_T)})
+    assert made.entries()["channels.motor_torque.variable"].value == "effort"
+
+
 def test_a_torque_that_names_no_side_is_marked_as_a_guess(tmp_path: Path) -> None:
     made = _draft(tmp_path, **{"phi_mot[rad]": _Q, "torque [Nm]": np.cos(_T)})
     assert made.entries()["channels.motor_torque.variable"].why == "a guess, its name says no side of the gearbox"

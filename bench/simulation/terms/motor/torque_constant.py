@@ -53,10 +53,11 @@ def _limited(frame: Frame, point: Point) -> FloatArray:
     return columns(frame.torque_level / frame.ratio, held - shaft)
 
 
-G = Symbol("g", "1", "gain error of the reported torque", -0.9, 4.0)
+MOST = 4.0
+G = Symbol("g", "1", "gain error of the reported torque", -0.9, MOST)
 S2 = Symbol("s_2", "1/(N*m)", "saturation, quadratic")
 S3 = Symbol("s_3", "1/(N*m)^2", "saturation, cubic")
-LIMITED = Symbol("s", "1", "how much of what a limit takes is taken", 0.0)
+LIMITED = Symbol("s", "1", "how much of what a limit takes is taken", 0.0, 1.0 + MOST)
 LIMIT = Symbol("tau_s", "N*m", "largest torque that is reported", 0.0)
 SHARPNESS = Symbol("p", "1", "sharpness of the limit: 1 bends all the way, 10 is a corner", 1.0, 20.0)
 DRAG = Symbol("tau_d", "N*m", "drag at the motor's shaft, which the motor gives beside the load's torque", 0.0)
