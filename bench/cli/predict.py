@@ -84,4 +84,4 @@ def _said(channel: Channel) -> str:
     text = f"{channel.name} {channel.rms:.3g} {channel.unit}"
     if channel.compared == 1.0:
         return text
-    return f"{text} ({channel.compared:.0%} of the samples are compared; over all {channel.rms_of_all:.3g})"
+    return f"{text} ({channel.compared:.4g} of the samples are compared; over all {channel.rms_of_all:.3g})"

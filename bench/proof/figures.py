@@ -1,7 +1,8 @@
 """Figures of the documentation, made from stored results: what stands there is what was measured, or that it was not.
 
 A page holds blocks ``<!-- proof NAME WHAT -->`` … ``<!-- /proof -->``. What is between is made from
-``docs/proof/NAME.json``: its ``table``, its ``line`` for a table of another page, or ``all`` of it.
+``docs/proof/NAME.json``: its ``table``, its ``line`` for a table of another page, the ``command`` that makes it, or
+``all`` of it.
 """
 
 from __future__ import annotations
@@ -95,6 +96,11 @@ def line(stored: Stored) -> str:
     return f"{', '.join(parts)}; commit {stored.provenance.commit[:12] or 'not known'}"
 
 
+def command(stored: Stored) -> str:
+    """The command that makes the result again."""
+    return f"`{stored.provenance.command}`"
+
+
 #: Scores of the table of peers that count something of something, and their headings.
 _OF_PEERS = {
     "every_point": "every point right",
@@ -104,7 +110,7 @@ _OF_PEERS = {
     "precision": "findings right",
     "alarms": "folders with a false finding",
 }
-_KINDS: dict[str, Callable[[Stored], str]] = {"table": table, "all": whole, "line": line}
+_KINDS: dict[str, Callable[[Stored], str]] = {"table": table, "all": whole, "line": line, "command": command}
 #: Tables with columns of their own, by the name of the result.
 _OF_A_FORM_OF_THEIR_OWN: dict[str, Callable[[Path], str]] = {CRITERIA: criteria_table.page, PEERS: beside_peers}
 
@@ -148,4 +154,4 @@ def _block(name: str, what: str, results: Path) -> str:
     if path.exists():
         return _OF_A_FORM_OF_THEIR_OWN[name](path) if name in _OF_A_FORM_OF_THEIR_OWN else _KINDS[what](load(path))
     missing = f"not run with this examination yet (`{COMMANDS[name]} --store {RESULTS.as_posix()}/{name}.json`)"
-    return missing if what == "line" else f"\n\nThis was {missing}.\n\n"
+    return missing if what in ("line", "command") else f"\n\nThis was {missing}.\n\n"

@@ -71,7 +71,7 @@ class Prepared:
     simulated: dict[str, FloatArray] = field(default_factory=dict)
     """what a simulation from elsewhere says of a channel, taken off it, a value a group"""
     faulty: dict[str, Faulty] = field(default_factory=dict)
-    """by channel: at which samples its sensor does not measure"""
+    """by channel: what its sensor does instead of measuring, and at which share of the samples"""
 
 
 @dataclass(frozen=True, slots=True)
