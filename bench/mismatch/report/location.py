@@ -82,10 +82,11 @@ def location_of(discovery: Discovery, outcome: ChannelOutcome, data: Dataset) ->
     ranges = span | _ranges(discovery, outcome, energies, depends)
     weight = np.where(usable, outcome.rows.number, 0.0)
     beyond = _beyond(discovery, ranges)
+    swinging = _with_swings(discovery, outcome, energies, data)
     return Location(
         ranges,
         span,
-        _direction(frame, np.where(weight > 0, 1.0, 0.0) if _heat(discovery) else energies, weight, depends),
+        _direction(frame, np.where(weight > 0, 1.0, 0.0) if _heat(discovery) else swinging, weight, depends),
         depends,
         {name: _outside(levels(frame, name), weight, ranges[name]) for name in depends},
         discovery.orders,
@@ -190,8 +191,8 @@ def _outside(values: FloatArray, weight: FloatArray, inside: Range) -> Range:
 
 def _direction(frame: Frame, energies_of_rows: FloatArray, weight: FloatArray, depends: Sequence[str]) -> str:
     """The direction that holds nine tenths of the energy, not only because the bench ran mostly that way, or warmed up
-    at a speed of no other recording: both are asked where both directions were driven, and at like values of the
-    quantities that the effect ``depends`` on. Where these hold little of the energy the direction is not known.
+    at a speed of no other recording: both are asked as well where both directions were driven, and at like values of
+    the quantities that the effect ``depends`` on. Where these hold little of the energy the direction is not known.
     """
     forward = frame.last_direction > 0
     if min(weight[forward].sum(), weight[~forward].sum()) <= 0.0:
@@ -209,6 +210,7 @@ def _direction(frame: Frame, energies_of_rows: FloatArray, weight: FloatArray, d
     both = [alike & side for side in (forward, ~forward)]
     if not all(rows.any() for rows in both):
         both = [forward, ~forward]
+    whole = [float(energies_of_rows[side].sum()) for side in (forward, ~forward)]
     energies = [float(energies_of_rows[rows].sum()) for rows in both]
     weights = [np.bincount(cell[rows], weight[rows], int(cell.max()) + 1) for rows in both]
     shared = np.min(weights, axis=0) > 0.0
@@ -217,7 +219,7 @@ def _direction(frame: Frame, energies_of_rows: FloatArray, weight: FloatArray, d
     if sum(float(each.sum()) for each in sums) < LEAST_SHARED * sum(energies):
         return BOTH  # where it acts only one direction was driven: nothing tells what it does in the other
     for side, name in enumerate((POSITIVE, NEGATIVE)):
-        if energies[side] >= HELD * sum(energies) > 0.0 and means[side] >= HELD * sum(means) > 0.0:
+        if all(each[side] >= HELD * sum(each) > 0.0 for each in (whole, energies, means)):
             return name
     return BOTH
 
@@ -239,13 +241,18 @@ def of_recordings(discovery: Discovery, outcome: ChannelOutcome, energies: Float
     if discovery.everywhere is not None:
         has_rows = np.bincount(recording, compared) > 0.0
         energies = np.where(has_rows[recording], discovery.everywhere**2 * rows.number, 0.0)
-    out = by_recording(rows.frame, energies)
-    if discovery.effect == DELAY:
-        # what swings faster than a row lasts is late as well
-        size = float(discovery.parameters[0]["value"]) / (rows.frame.ratio if outcome.channel == MOTOR_TORQUE else 1.0)
-        samples = by_recording(rows.frame, np.where(compared, rows.number, 0.0))
-        out = out + size**2 * samples * np.array([data.swing.get(r, 0.0) for r in range(out.size)])
-    return out
+    return by_recording(rows.frame, _with_swings(discovery, outcome, energies, data))
+
+
+def _with_swings(discovery: Discovery, outcome: ChannelOutcome, energies: FloatArray, data: Dataset) -> FloatArray:
+    """Energies of rows (n,) with what a delay adds to swings faster than a row lasts: they are late as well."""
+    if discovery.effect != DELAY:
+        return energies
+    rows = outcome.rows
+    size = float(discovery.parameters[0]["value"]) / (rows.frame.ratio if outcome.channel == MOTOR_TORQUE else 1.0)
+    swings = np.array([data.swing.get(r, 0.0) for r in range(int(rows.frame.recording.max(initial=-1)) + 1)])
+    compared = outcome.usable & (rows.number > 0)
+    return np.asarray(energies + size**2 * np.where(compared, rows.number * swings[rows.frame.recording], 0.0))
 
 
 def by_recording(frame: Frame, values: FloatArray) -> FloatArray:

@@ -329,6 +329,22 @@ def test_a_delay_is_strongest_where_the_torque_swings_faster_than_rows_last() ->
     assert strongest(energies)[0] == 3
 
 
+def test_what_one_direction_alone_was_driven_warm_for_acts_in_both() -> None:
+    """Staircases of the load in either direction, the second warmer than anything else: no like state tells of it."""
+    frame = made.campaign()
+    forward, last = frame.last_direction > 0, frame.recording == int(frame.recording.max())
+    staircase = (frame.recording == int(frame.recording[forward][-1])) | last
+    assert not forward[last].any()
+    frame = replace(frame, temperature=np.where(last, 80.0, frame.temperature))
+    found = made.discovery("load_torque", "sensor.timing_skew", np.where(staircase, 2.0, 1e-3), ("torque_rate",))
+    found = replace(found, parameters=({"symbol": "delta", "value": 0.0015, "unit": "s", "std": 1e-5},))
+    own = made.outcome(frame, "load_torque", [found])
+    data = made.dataset(frame, "load_torque", own.rows)
+    assert location_of(found, own, data).direction == "both"
+    one = replace(found, added=np.where(staircase & forward, 2.0, 1e-3))
+    assert location_of(one, made.outcome(frame, "load_torque", [one]), data).direction == "positive"
+
+
 def test_what_acts_at_rest_counts_where_something_is_compared() -> None:
     frame = made.campaign()
     found = made.discovery("transmission_error", "te.velocity_nonlinear", np.full(frame.size, 1e-6), ("speed",))
