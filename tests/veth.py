@@ -56,7 +56,7 @@ def real_time_allowed() -> bool:
     before = os.sched_getscheduler(0), os.sched_getparam(0)
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
-    except PermissionError:
+    except OSError:
         return False
     os.sched_setscheduler(0, *before)
     return True

@@ -78,10 +78,12 @@ def predict(
 
 
 def _said(channel: Channel) -> str:
-    """Name and residual of a channel; where not all samples are compared, how many are, and what all of them leave."""
+    """Name and residual of a channel; where samples are not compared, how many, and what all of them leave."""
     if channel.rms is None:
         return f"{channel.name} not compared"
     text = f"{channel.name} {channel.rms:.3g} {channel.unit}"
-    if channel.compared == 1.0:
+    left_out = channel.counts.size - int(channel.counts.sum())
+    if not left_out:
         return text
-    return f"{text} ({channel.compared:.4g} of the samples are compared; over all {channel.rms_of_all:.3g})"
+    beside = f"{left_out} of {channel.counts.size} samples are not compared"
+    return f"{text} ({beside}; with them {channel.rms_of_all:.3g} {channel.unit})"

@@ -13,6 +13,7 @@ from bench.errors import ConfigurationError, RecordingError
 from bench.mismatch.prediction import ChannelPrediction, predictions_of
 from bench.mismatch.regression.problem import CHANNELS
 from bench.recording import Recording, RecordingFolder
+from bench.recording.times import not_increasing
 from bench.simulation import Simulation
 from bench.simulation.frame import FloatArray
 from bench.simulation.model import Gearbox
@@ -83,8 +84,11 @@ def predict_recordings(model: Path, path: Path) -> Iterator[Predicted]:
         There is no such recording, or it cannot be read.
     """
     gearbox = Simulation.load(model).gearbox  # refused by its own sentence, before recordings are read
+    wrong: list[Predicted] = []
     if path.is_dir():
-        recordings: Sequence[Recording] = RecordingFolder.open(path).recordings
+        found = [(r, not_increasing(r.si("time"))) for r in RecordingFolder.open(path).recordings]
+        wrong = [Predicted(r, (), (f"{r.recording_id}: time {what}",)) for r, what in found if what]
+        recordings: Sequence[Recording] = [r for r, what in found if not what]
         if not recordings:
             raise RecordingError(f"{path}: holds no recording that can be read; see `bench validate` for each file.")
         predictions = predictions_of(model, recordings)
@@ -94,8 +98,10 @@ def predict_recordings(model: Path, path: Path) -> Iterator[Predicted]:
             r
             for r in RecordingFolder.open(path.resolve().parent).recordings
             if r.campaign_id == recording.campaign_id and r.started_at < recording.started_at
+            if not_increasing(r.si("time")) is None
         ]
         predictions = predictions_of(model, [*before, recording], only=len(before))
+    yield from wrong
     any_at_all = False
     refused: tuple[str, ...] = ()
     for recording, channels in predictions:

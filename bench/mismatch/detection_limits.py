@@ -37,8 +37,9 @@ def one_way(outcome: ChannelOutcome) -> list[str]:
     ways = [float(number[frame.direction == side].sum()) for side in (1.0, -1.0)]
     if outcome.channel != MOTOR_TORQUE or not any(ways) or max(ways) < NEARLY_ALL * sum(ways):
         return []
+    share = "all" if not min(ways) else f"{max(ways) / sum(ways):.3g}"
     return [
-        f"{outcome.channel}: {max(ways) / sum(ways):.3g} of the compared motion goes one way, so friction is not told"
+        f"{outcome.channel}: {share} of the compared motion goes one way, so friction is not told"
         " from a torque that keeps its sign when the motion turns round, such as gravity or cogging"
     ]
 

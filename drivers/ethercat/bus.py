@@ -175,7 +175,7 @@ class EtherCatBus:
             wait = nonblocking.FrameWait(next(iter(self._sockets)), self._timeout_us)
             self._exchanger.wait, self._exchanger.drain = wait, wait.drain
         for sdo in self._sdo.values():
-            sdo.patience_s = 0.0  # from here on cycles wait for an access
+            sdo.cycles_wait()
         start_sync0(self.specs, self._slaves(), self.cycle_time_s, lambda: self.exchange(1))
         attempts = math.ceil(_OP_TIMEOUT_S / self.cycle_time_s)
         reach_op(self._master, self.specs, lambda: int(self.exchange(1).wkc[-1]), attempts)
@@ -264,6 +264,7 @@ class EtherCatBus:
                 reach_init(self._master)
         finally:
             self._exchanger = None
+            self._sockets = frozenset()
             self._is_open = False
             self._master.close()
             self._claim.release()

@@ -69,9 +69,12 @@ def drain(descriptor: int) -> None:
 
 def _drop(descriptor: int, poll: select.poll, most: int) -> None:
     for _ in range(most):
-        if not poll.poll(0):
+        if not any(event & select.POLLIN for _, event in poll.poll(0)):
             return
-        os.read(descriptor, _FRAME_BYTES)
+        try:
+            os.read(descriptor, _FRAME_BYTES)
+        except OSError:  # the interface has gone: nothing comes any more, and the next frame that is sent says so
+            return
 
 
 def _descriptors() -> list[int]:

@@ -28,7 +28,7 @@ class Tries:
     Parameters
     ----------
     patience_s : how long a silent slave is asked again, s; 0 where cycles wait meanwhile.
-    settle : called before a silent slave is asked again; drops frames that have come late.
+    settle : called before a slave that was silent is asked again, or given up; drops frames that have come late.
     clock, sleep : monotonic time in s and a pause in s; other ones serve tests.
 
     Attributes
@@ -54,11 +54,19 @@ class Tries:
         return self._silent + self._wrong
 
     def again(self, *, silent: bool) -> bool:
-        """Note a try that failed, the slave being ``silent`` or its answer wrong; True if another one is due."""
+        """Note a try that failed, the slave being ``silent`` or its answer wrong; True if another one is due.
+
+        Silent and wrong answers count apart where there is patience; where there is none, all tries count.
+        """
         self.waited_s = self._clock() - self._begun_s
         self._silent, self._wrong = self._silent + silent, self._wrong + (not silent)
-        waits = self.waited_s < self._patience_s
-        if self._silent and waits:
-            self._sleep(PAUSE_S)
+        if not self._patience_s:
+            return self.made < ATTEMPTS
+        more = self._wrong < ATTEMPTS
+        if silent:
+            more = self._silent < ATTEMPTS or self.waited_s < self._patience_s
+        if self._silent:
+            if more:
+                self._sleep(PAUSE_S)
             self._settle()
-        return self._silent < ATTEMPTS or waits if silent else self._wrong < ATTEMPTS
+        return more

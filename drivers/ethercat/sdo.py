@@ -25,16 +25,16 @@ class SdoClient:
     slave : slave of a master with pysoem's API.
     name : what the configuration calls the slave; stands in every error.
     settle : as of :class:`~drivers.ethercat.patience.Tries`.
-
-    Attributes
-    ----------
-    patience_s : how long a silent slave is asked again, s; 0 where cycles wait meanwhile.
     """
 
     def __init__(self, slave: Slave, name: str, settle: Callable[[], None] = nothing) -> None:
         self.name = name
-        self.patience_s = PATIENCE_S
         self._slave, self._settle = slave, settle
+        self._patience_s = PATIENCE_S
+
+    def cycles_wait(self) -> None:
+        """Wait for a silent slave no longer: cycles wait for an access from now on."""
+        self._patience_s = 0.0
 
     def read_bytes(self, index: int, subindex: int, size: int = 0) -> bytes:
         """Raw content of an object; ``size`` in bytes where it is above 256.
@@ -118,7 +118,7 @@ class SdoClient:
         return True
 
     def _attempt(self, verb: str, index: int, subindex: int, access: Callable[[], _T]) -> _T:
-        tries, more = Tries(self.patience_s, self._settle), True
+        tries, more = Tries(self._patience_s, self._settle), True
         while more:
             silent = False
             try:

@@ -23,6 +23,7 @@ from bench.identification.samples.steady import ReductionOptions, SteadySums, st
 from bench.identification.samples.thermometer import beyond_pt100
 from bench.identification.samples.windows import lost_cycles, steady_window
 from bench.recording import Recording
+from bench.recording.times import not_increasing
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -71,7 +72,7 @@ class Reduction:
 def _repaired(
     recording: Recording, channels: dict[str, FloatArray], sentences: list[str]
 ) -> tuple[dict[str, FloatArray], NDArray[np.bool_]]:
-    """Drop channels without numbers, or of an open thermometer, in most samples; else bridge and mark such samples."""
+    """Drop channels without numbers, or of an open thermometer, in too many samples; else bridge and mark these."""
     kept: dict[str, FloatArray] = {}
     bad_rows = np.zeros(channels["time"].size, dtype=bool)
     for name, values in channels.items():
@@ -111,6 +112,8 @@ def _read(
         channels["motor_torque"] = with_single_rounding(
             recording.raw("motor_torque"), recording.specs["motor_torque"], torque_step
         )
+    if (problem := not_increasing(channels["time"])) is not None:
+        raise RecordingError(f"{recording.recording_id}: time {problem}")
     gaps = np.empty(0, dtype=np.int64)
     if "cycle" in recording.specs:
         gaps, lost = lost_cycles(recording.raw("cycle").astype(np.int64))

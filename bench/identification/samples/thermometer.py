@@ -11,5 +11,8 @@ is shorted or open"""
 
 
 def beyond_pt100(celsius: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Samples (n,) of a temperature in °C that no PT100 measures."""
+    """Samples (n,) of a temperature in °C that no PT100 measures.
+
+    A terminal whose stored integers end before 850 °C (327.67 °C, of hundredths in 16 bits) is not found so.
+    """
     return np.asarray((celsius <= PT100_RANGE[0]) | (celsius >= PT100_RANGE[1]))

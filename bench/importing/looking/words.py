@@ -8,7 +8,8 @@ _QUANTITIES: tuple[tuple[str, str], ...] = (
     ("time", r"^t$|time|zeit|stamp|^date|datum|^x_value$|sekunden|seconds"),
     ("velocity", r"vel|speed|omega|drehzahl|rpm|geschw|^n$|^n_|^w$|^w_|^v$|^qd\d*$|^dq\d*$|qdot|thetadot"),
     ("current", r"curr(?!ent_?(pos|ang|vel|speed|torq|temp|time))|^cur\d*$|_cur\d*$|strom|^i$|^i_|_i$|^iq|ampere"),
-    ("torque", r"torq|(?<!control.)effort|trq|moment|^m$|^m_(?!enc|pos|ang)|tau|force|kraft|^f$|^f_|^tq|^mot_?m$"),
+    ("torque", r"torq|trq|moment|^m$|^m_(?!enc|pos|ang)|tau|force|kraft|^f$|^f_|^tq|^mot_?m$"),
+    ("torque", r"^(?!.*(contr|ctrl)).*effort"),
     ("temperature", r"temp|thermo|pt100|^t_?oil|^t_?oel"),
     (
         "angle",

@@ -59,7 +59,7 @@ class Comparable:
         """Channels a recording is compared in, if those in ``dead`` hold no number."""
         out = set()
         for channel, (made_of, inputs) in INPUTS.items():
-            if dead & {*made_of, *inputs}:
+            if dead & {*made_of, *(name for name in inputs if name in self.present)}:
                 continue
             other_zero = channel == "transmission_error" and recording.zero_id != self.zero
             if all(name in recording for name in made_of) and not self._lacks(recording, channel) and not other_zero:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.errors import RecordingError
+from bench.identification.samples.thermometer import beyond_pt100
 from bench.recording import Recording
 from bench.simulation.frame import FloatArray
 
@@ -49,6 +50,15 @@ def stuck(angle: FloatArray, other: FloatArray) -> NDArray[np.bool_]:
     if float(out.mean()) < NEARLY_ALL:  # else it never says anything
         out[begins] = False
     return out
+
+
+def nowhere_measured(recordings: Sequence[Recording]) -> bool:
+    """Whether the thermometer of a campaign is open or shorted from the first sample of each recording to its last: it
+    is not connected.
+    """
+    own = [r for r in recordings if "temperature" in r.specs and r.size]
+    ends = [r.read_si(["temperature"], k, k + 1)["temperature"] for r in own for k in (0, r.size // 2, r.size - 1)]
+    return bool(ends) and bool(beyond_pt100(np.concatenate(ends)).all())
 
 
 def of_other_sign(recordings: Sequence[Recording]) -> list[Recording]:

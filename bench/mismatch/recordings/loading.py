@@ -14,7 +14,7 @@ from bench.mismatch.recordings.collected import Collected
 from bench.mismatch.recordings.comparable import Comparable
 from bench.mismatch.recordings.dataset import Dataset, Member, is_linear
 from bench.mismatch.recordings.extrapolated import fitted_too
-from bench.mismatch.recordings.faulty import Faulty, of_other_sign
+from bench.mismatch.recordings.faulty import Faulty, nowhere_measured, of_other_sign
 from bench.mismatch.recordings.motion import Manner, slowly
 from bench.mismatch.recordings.notch import ripple_orders
 from bench.mismatch.recordings.pieces import Piece, pieces
@@ -60,6 +60,9 @@ def load(path: Paths, progress: Progress | None = None, jobs: int = 1, base: Bas
         notes.append(none_spared(usable))
     step = load_step(usable)
     comparable = Comparable.of(usable, notes)
+    if nowhere_measured(usable):
+        comparable = replace(comparable, present=comparable.present - {"temperature"})
+        notes.append("the thermometer is open or shorted in all recordings: nothing is compared with the temperature")
     if all(is_linear(r) for r in usable):
         notes.append("a linear axis: metres and newtons")
     folder = Folder(usable[0].started_at.timestamp(), Manner.of(usable), ripple_orders(usable), base)
@@ -88,9 +91,11 @@ def load(path: Paths, progress: Progress | None = None, jobs: int = 1, base: Bas
         notes += [
             f"{recording.recording_id}: {name} {what.does}, {what.share:.2g} of the samples: not compared there"
             for name, what in read.faulty.items()
+            if name in comparable.present
         ]
-        if read.dead:
-            text = f"{recording.recording_id} holds no number in {', '.join(sorted(read.dead))}"
+        dead = sorted(read.dead & comparable.present - read.faulty.keys())
+        if dead:
+            text = f"{recording.recording_id} holds no number in {', '.join(dead)}"
             notes.append(f"{text}: not compared where it is needed")
     if not data.members:
         if base is not None and rejected:

@@ -96,7 +96,7 @@ class _Signals:
         names += [n for n in recording.specs if n.startswith(AUXILIARY)]
         self._raw = recording.read_si(["time", *names])
         if (problem := not_increasing(self._raw["time"])) is not None:
-            raise RecordingError(f"time {problem}")
+            raise RecordingError(f"{recording.path.name}: time {problem}")
         self._size = recording.size
         self._thinning = thinning
         self.bad: dict[str, NDArray[np.bool_]] = {}
@@ -227,7 +227,9 @@ def prepare(
         taken["motor_torque"] = notched(q, motor_torque - torque / ratio, direction, wild, folder.notch, beside_ripple)
         motor_torque = motor_torque - taken["motor_torque"]
     # without a thermometer nothing can depend on temperature: the value to which the nominal terms are referred
-    temperature = signals.mean("temperature") if "temperature" in signals else np.full(n, criteria.REFERENCE_CELSIUS)
+    temperature = signals.mean("temperature")
+    if "temperature" not in signals or signals.bad["temperature"].all():
+        temperature = np.full(n, criteria.REFERENCE_CELSIUS)
     frame = Frame(
         ratio=ratio,
         recording=np.full(n, index, dtype=np.int64),

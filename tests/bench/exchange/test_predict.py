@@ -81,11 +81,25 @@ def test_what_is_not_compared_is_told_beside_what_is(recording: Path, tmp_path: 
     arguments = ["predict", str(model(tmp_path)), str(recording), "--out", str(out), "--no-plot"]
     said = CliRunner().invoke(make_app(), arguments).output
     left = Recording.open(out / "r001.h5").si("residual/motor_torque")
-    assert f"of the samples are compared; over all {np.sqrt(np.mean(left**2)):.3g})" in said.replace("\n", " ")
+    assert "of 600 samples are not compared" in said
+    assert f"with them {np.sqrt(np.mean(left**2)):.3g} N·m)" in said
     row = json.loads(CliRunner().invoke(make_app(), [*arguments, "--json"]).output)["recordings"][0]["residual"]
     found = row["motor_torque"]
     assert 0.9 < found["compared"] < 1.0
     assert found["rms"] < 0.03 < 1.0 < found["rms_of_all"]
+
+
+def test_a_clock_that_goes_back_is_told_and_the_others_are_predicted(recording: Path, tmp_path: Path) -> None:
+    later = write(recording.parent, 2, seconds=3.0)
+    with h5py.File(recording, "r+") as file:
+        file["channels/time"][300:] -= 1.0
+    found = list(predict_recordings(model(tmp_path), recording.parent))
+    assert [bool(one.channels) for one in found] == [False, True]
+    assert found[0].refused == ("r001: time at index 300 is 0.5 s after 1.495 s, it should strictly increase",)
+    (alone,) = predict_recordings(model(tmp_path), later)
+    assert alone.channels
+    with pytest.raises(RecordingError, match=r"r001\.h5: time at index 300"):
+        list(predict_recordings(model(tmp_path), recording))
 
 
 def test_what_cannot_be_predicted_is_refused(recording: Path, tmp_path: Path) -> None:

@@ -122,6 +122,15 @@ def test_a_channel_of_nans_is_not_used(small: Path, tmp_path: Path) -> None:
     assert any("r003: channel 'temperature' is not a number in 100.0 %" in s for s in said)
 
 
+def test_a_clock_that_goes_back_is_said_and_the_recording_left_out(small: Path, tmp_path: Path) -> None:
+    def spoil(file: h5py.File) -> None:
+        channel = file["channels/time"]
+        channel[500:] = channel[500:] - round(1.0 / float(channel.attrs["scale"]))
+
+    said = _sentences(_spoiled(small, tmp_path, "r003", spoil))
+    assert any("r003: time at index 500 is 1.5 s after 2.495 s, it should strictly increase" in s for s in said)
+
+
 def test_an_open_thermometer_is_said_and_not_used(small: Path, tmp_path: Path) -> None:
     def spoil(file: h5py.File) -> None:
         channel = file["channels"]["temperature"]

@@ -70,9 +70,10 @@ def test_an_angle_that_turns_farther_than_one_of_the_motors_name_is_not_the_outp
     assert taken["motor_angle"] == "phi_mot[rad]"
 
 
-def test_an_effort_is_a_torque_but_for_that_of_a_controller(tmp_path: Path) -> None:
+@pytest.mark.parametrize("other", ["control_effort", "controller_effort", "ctrlEffort", "effort_control"])
+def test_an_effort_is_a_torque_but_for_that_of_a_controller(tmp_path: Path, other: str) -> None:
     """As ROS calls it (sensor_msgs/JointState)."""
-    made = _draft(tmp_path, **{"phi_mot[rad]": _Q, "control_effort": np.sin(_T), "effort": np.cos(_T)})
+    made = _draft(tmp_path, **{"phi_mot[rad]": _Q, other: np.sin(_T), "effort": np.cos(_T)})
     assert made.entries()["channels.motor_torque.variable"].value == "effort"
 
 

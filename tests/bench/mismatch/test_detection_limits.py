@@ -21,7 +21,7 @@ def outcome(backwards: float, channel: str = "motor_torque") -> Any:
     return SimpleNamespace(channel=channel, rows=rows, usable=np.ones(frame.size, dtype=bool), floor=0.03)
 
 
-@pytest.mark.parametrize(("backwards", "told"), [(0.0, "1"), (0.03, "0.97"), (0.98, "0.98"), (0.1, ""), (0.5, "")])
+@pytest.mark.parametrize(("backwards", "told"), [(0.0, "all"), (0.03, "0.97"), (0.98, "0.98"), (0.1, ""), (0.5, "")])
 def test_motion_that_goes_one_way_tells_no_friction(backwards: float, told: str) -> None:
     said = one_way(outcome(backwards))
     if not told:

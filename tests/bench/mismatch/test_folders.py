@@ -17,6 +17,7 @@ from typer.testing import CliRunner
 
 from bench.cli.app import make_app
 from bench.errors import ConfigurationError, RecordingError
+from bench.mismatch import criteria
 from bench.mismatch.analysis import _shown_here_first, compared_channels
 from bench.mismatch.recordings import loading
 from bench.mismatch.recordings.loading import load
@@ -65,8 +66,8 @@ def write(folder: Path, number: int, seconds: float = 8.0, without: tuple[str, .
     if standing:
         held = slice(0, n) if changes.pop("from_start", False) else slice(int(3.0 * rate), int(6.0 * rate))
         values[standing][held] = values[standing][held.start]
-    if changes.pop("open_circuit", False):
-        values["temperature"][n // 3 :] = 850.0
+    if "open_from" in changes:
+        values["temperature"][int(float(changes.pop("open_from")) * n) :] = 850.0  # type: ignore[arg-type]
     if changes.pop("clock_back", False):
         values["time"][n // 2 :] -= 3.0
     bad = changes.pop("bad", None)
@@ -178,7 +179,7 @@ def test_a_clock_that_goes_back_is_told_and_the_recording_not_used(tmp_path: Pat
 def test_a_thermometer_whose_circuit_opens_is_not_compared_from_then_on(tmp_path: Path) -> None:
     """A PT100's range ends at 850 °C (IEC 60751); the oil stays as warm as it was for what depends on it."""
     for number in range(7):
-        write(tmp_path, number, open_circuit=number == 2)
+        write(tmp_path, number, open_from=1.0 / 3.0 if number == 2 else 1.0)
     data = load(tmp_path)
     (note,) = [text for text in data.notes if "PT100" in text]
     assert note == (
@@ -190,6 +191,26 @@ def test_a_thermometer_whose_circuit_opens_is_not_compared_from_then_on(tmp_path
     assert counted[2] == pytest.approx(counted[1] / 3.0, rel=0.1)
     for channel in data.rows.values():
         assert np.max(channel.frame.temperature) < 25.2
+
+
+def test_a_thermometer_that_is_not_connected_is_as_none(tmp_path: Path) -> None:
+    for number in range(7):
+        write(tmp_path, number, open_from=0.0)
+    data = load(tmp_path)
+    assert {"transmission_error", "motor_torque", "load_torque"} == set(data.rows)
+    assert np.unique(data.rows["motor_torque"].frame.temperature).tolist() == [criteria.REFERENCE_CELSIUS]
+    assert [text for text in data.notes if "thermometer" in text or "temperature" in text] == [
+        "the thermometer is open or shorted in all recordings: nothing is compared with the temperature"
+    ]
+    # of one recording of seven it is not known what its friction would be
+    other = tmp_path / "one"
+    other.mkdir()
+    for number in range(7):
+        write(other, number, open_from=0.0 if number == 2 else 1.0)
+    of_one = load(other)
+    assert 2 not in of_one.rows["motor_torque"].frame.recording
+    assert 2 in of_one.rows["load_torque"].frame.recording
+    assert len([text for text in of_one.notes if text.startswith("r002")]) == 1
 
 
 def test_an_encoder_that_never_moves_is_no_transmission_error(tmp_path: Path) -> None:

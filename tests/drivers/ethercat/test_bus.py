@@ -8,7 +8,7 @@ import pytest
 
 from drivers.entries import Entry
 from drivers.errors import BusError, DriverError, UnmappedError
-from drivers.ethercat import Condition, EtherCatBus, Pdo, SdoClient, SlaveSpec
+from drivers.ethercat import Condition, EtherCatBus, Pdo, SdoClient, SlaveSpec, nonblocking
 from drivers.ethercat.exchange import CycleExchanger
 from tests.drivers.ethercat.scripted import OP, PREOP, SAFEOP, ScriptedMaster, slave_for
 
@@ -44,6 +44,25 @@ def test_from_open_to_op_and_back_to_init() -> None:
         assert master.slaves[0].objects[0x1600, 2] == (0x60FF0020).to_bytes(4, "little")
     assert master.log[-2:] == ["state 1", "close"]
     assert master.opened is None
+
+
+def test_a_silent_slave_is_waited_for_only_until_the_bus_cycles(monkeypatch: pytest.MonkeyPatch) -> None:
+    drained: list[int] = []
+    monkeypatch.setattr(nonblocking, "drain", drained.append)
+    bus, master = make()
+    bus.open()
+    bus._sockets = frozenset({7})
+    bus.configure()
+    slave = master.slaves[0]
+    slave.sdo_script = [pysoem.WkcError(wkc=0)] * 10
+    bus.sdo_write("drive", 0x6072, 0, "u2", 900)
+    assert drained == [7] * 10
+    bus._sockets = frozenset()
+    bus.to_operational()
+    slave.sdo_script = [pysoem.WkcError(wkc=0)] * 10
+    with pytest.raises(DriverError, match="in 3 tries"):
+        bus.sdo_write("drive", 0x6072, 0, "u2", 900)
+    assert len(slave.sdo_script) == 7
 
 
 def test_rows_of_a_block_go_out_and_come_in_one_cycle_each() -> None:

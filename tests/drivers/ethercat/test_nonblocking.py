@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from drivers.ethercat.nonblocking import FrameWait, packet_sockets, set_nonblocking
+from drivers.ethercat.nonblocking import FrameWait, drain, packet_sockets, set_nonblocking
 
 
 @pytest.fixture
@@ -46,6 +46,19 @@ def test_wait_ends_with_a_frame_or_with_patience() -> None:
         left.sendall(b"frame")
         assert wait()
         assert wait()  # it looks, it does not read
+
+
+def test_all_that_came_is_dropped_where_no_cycle_waits_and_an_interface_that_has_gone_is_no_error() -> None:
+    near, far = socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)
+    with near, far:
+        near.setblocking(False)
+        for number in range(200):
+            far.send(bytes([number]))
+        drain(near.fileno())
+        with pytest.raises(BlockingIOError):
+            near.recv(16)
+        gone = near.fileno()
+    drain(gone)  # closed: it is polled as invalid
 
 
 def test_frames_that_came_too_late_are_dropped() -> None:

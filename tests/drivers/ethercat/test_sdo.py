@@ -82,7 +82,7 @@ def test_one_disturbed_answer_is_asked_for_again(disturbance: Exception) -> None
 )
 def test_lasting_trouble_ends_in_a_sentence(disturbance: Exception, words: str) -> None:
     sdo, slave = client()
-    sdo.patience_s = 0.0
+    sdo.cycles_wait()
     slave.sdo_script = [disturbance] * 10
     with pytest.raises(SdoAccessError, match=words):
         sdo.read(0x6041, 0, "u2")
@@ -111,6 +111,31 @@ def test_a_silent_slave_counts_as_gone_after_three_unanswered_requests_or_their_
         more = tries.again(silent=True)
     assert tries.made == pytest.approx(asked, abs=1)
     assert tries.waited_s == pytest.approx(max(PATIENCE_S, 3 * answer_takes_s), abs=0.05)
+
+
+def test_what_came_late_is_dropped_before_each_try_and_when_a_slave_is_given_up() -> None:
+    slave = ScriptedSlave(1, 2, 3, "slave")
+    slave.put(0x6041, 0, "u2", 0x0250)
+    settled: list[int] = []
+    sdo = SdoClient(slave, "load_drive", lambda: settled.append(len(slave.sdo_script)))
+    slave.sdo_script = [pysoem.WkcError(wkc=0), pysoem.PacketError(1, 1)]
+    assert sdo.read(0x6041, 0, "u2") == 0x0250
+    assert settled == [1, 0]
+    now, dropped = [0.0], []
+    tries = Tries(1.0, lambda: dropped.append(now[0]), lambda: now[0], lambda _: pytest.fail("it paused"))
+    now[0] = 5.0
+    assert [tries.again(silent=False), tries.again(silent=False)] == [True, True]
+    assert dropped == []
+
+
+def test_where_cycles_wait_nothing_is_dropped_and_three_tries_are_all() -> None:
+    slave = ScriptedSlave(1, 2, 3, "slave")
+    sdo = SdoClient(slave, "load_drive", lambda: pytest.fail("it settled"))
+    sdo.cycles_wait()
+    slave.sdo_script = [pysoem.WkcError(wkc=0), pysoem.PacketError(1, 1)] * 5
+    with pytest.raises(SdoAccessError, match="in 3 tries"):
+        sdo.read(0x6041, 0, "u2")
+    assert len(slave.sdo_script) == 7
 
 
 def test_a_wrong_answer_is_no_reason_to_wait() -> None:
