@@ -189,7 +189,8 @@ def _read(task: _Task) -> _Read:
     try:
         prepared = prepare(recording, task.pieces[0][0], task.folder)
     except (RecordingError, OSError, ValueError) as error:
-        return _Read(rows, why=f"{recording.path.name} cannot be read: {error}")
+        name, text = recording.path.name, str(error)
+        return _Read(rows, why=text if text.startswith(name) else f"{name} cannot be read: {text}")
     channels = task.comparable.channels(recording, prepared.dead)
     for number, part in task.pieces:
         rows.add(part.cut(prepared, number), channels, task.folder.manner)
