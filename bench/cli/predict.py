@@ -50,8 +50,7 @@ def predict(
     notes: list[str] = []
     refused: dict[str, list[str]] = {}
     for one in predict_recordings(model, recordings):
-        if one.unlike and one.unlike not in notes:
-            notes.append(one.unlike)
+        notes += [text for text in (one.unlike, one.open_circuit) if text and text not in notes]
         for sentence in one.refused:
             # recordings of a folder mostly lack the same channels
             refused.setdefault(sentence.replace(one.recording.recording_id, "", 1), []).append(sentence)

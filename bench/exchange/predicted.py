@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.errors import ConfigurationError, RecordingError
+from bench.identification.samples.thermometer import beyond_pt100
+from bench.mismatch.criteria import REFERENCE_CELSIUS
 from bench.mismatch.prediction import ChannelPrediction, predictions_of
 from bench.mismatch.regression.problem import CHANNELS
 from bench.recording import Recording, RecordingFolder
@@ -61,13 +63,15 @@ def _rms(left: FloatArray) -> float | None:
 @dataclass(frozen=True, slots=True)
 class Predicted:
     """A recording with its predicted channels; ``refused``: a sentence for each channel that cannot be predicted;
-    ``unlike``: that the simulation is of another gearbox, empty where it is not.
+    ``unlike``: that the simulation is of another gearbox, ``open_circuit``: that the thermometer did not measure, empty
+    where it is not so.
     """
 
     recording: Recording
     channels: tuple[Channel, ...]
     refused: tuple[str, ...]
     unlike: str = ""
+    open_circuit: str = ""
 
 
 def predict_recordings(model: Path, path: Path) -> Iterator[Predicted]:
@@ -133,7 +137,21 @@ def _predicted(
                 Channel(name, unit, measured_channel(recording, name), prediction.values, prediction.counts)
             )
     unlike = gearbox.unlike(float(recording.gearbox.ratio or 1.0))
-    return Predicted(recording, tuple(channels), tuple(refused), unlike)
+    return Predicted(recording, tuple(channels), tuple(refused), unlike, _open_circuit(recording))
+
+
+def _open_circuit(recording: Recording) -> str:
+    """That a thermometer was open or shorted, and what stands for the temperature then; empty where it was not."""
+    if "temperature" not in recording.specs:
+        return ""
+    samples = beyond_pt100(recording.si("temperature"))
+    if not samples.any():
+        return ""
+    instead = f"{REFERENCE_CELSIUS:g} °C, for there is no reading" if samples.all() else "the readings before and after"
+    return (
+        f"{recording.recording_id}: the thermometer is open or shorted in {int(samples.sum())} of {samples.size}"
+        f" samples: predicted with {instead}"
+    )
 
 
 def measured_channel(recording: Recording, name: str) -> FloatArray:

@@ -89,6 +89,16 @@ def test_what_is_not_compared_is_told_beside_what_is(recording: Path, tmp_path: 
     assert found["rms"] < 0.03 < 1.0 < found["rms_of_all"]
 
 
+@pytest.mark.parametrize(("begins", "instead"), [(200, "the readings before and after"), (0, "25 °C, for there is no")])
+def test_an_open_thermometer_is_told(recording: Path, tmp_path: Path, begins: int, instead: str) -> None:
+    with h5py.File(recording, "r+") as file:
+        file["channels/temperature"][begins:] = 850.0
+    arguments = ["predict", str(model(tmp_path)), str(recording), "--out", str(tmp_path / "out"), "--no-plot"]
+    said = CliRunner().invoke(make_app(), arguments).output
+    assert f"note: r001: the thermometer is open or shorted in {600 - begins} of 600 samples: predicted with" in said
+    assert instead in said
+
+
 def test_a_clock_that_goes_back_is_told_and_the_others_are_predicted(recording: Path, tmp_path: Path) -> None:
     later = write(recording.parent, 2, seconds=3.0)
     with h5py.File(recording, "r+") as file:
