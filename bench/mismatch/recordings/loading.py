@@ -125,8 +125,6 @@ def _usable(recording: Recording) -> str | None:
         return (
             f"{recording.path.name} has {recording.size} samples; at least {LEAST_SAMPLES} are needed to say anything"
         )
-    if recording.accepted is False:
-        return f"{recording.path.name}: the quality gate did not accept it"
     if recording.gearbox.ratio is None:
         return f"{recording.path.name} names no gear ratio (gearbox/ratio); without it no angle can be compared"
     if not any(name in recording.specs for name in ("load_angle", "motor_torque", "load_torque", "temperature")):
