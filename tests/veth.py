@@ -20,7 +20,7 @@ from fakes.ethercat.wire.control import ControlClient
 
 START_TIMEOUT_S = 60.0
 PRIORITY = 71
-"""Of an emulator, where real-time scheduling is allowed: it should not wait for the other tests, nor for a master."""
+"""Of an emulator, where real-time scheduling is allowed: it should not wait for the other tests."""
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from pathlib import Path
 
 _FAMILY = getattr(socket, "AF_PACKET", None)
 _MOST_STALE, _FRAME_BYTES = 64, 2048
-MOST_BEHIND = 4096
+_MOST_BEHIND = 4096
 """Frames that are dropped at most where no cycle waits: more than SOEM sends while a silent slave is asked."""
 
 
@@ -64,7 +64,7 @@ def drain(descriptor: int) -> None:
     """
     poll = select.poll()
     poll.register(descriptor, select.POLLIN)
-    _drop(descriptor, poll, MOST_BEHIND)
+    _drop(descriptor, poll, _MOST_BEHIND)
 
 
 def _drop(descriptor: int, poll: select.poll, most: int) -> None:

@@ -53,12 +53,18 @@ def stuck(angle: FloatArray, other: FloatArray) -> NDArray[np.bool_]:
 
 
 def nowhere_measured(recordings: Sequence[Recording]) -> bool:
-    """Whether the thermometer of a campaign is open or shorted from the first sample of each recording to its last: it
-    is not connected.
+    """Whether the thermometer of a campaign is open or shorted at every sample of each recording: it is not connected.
+    Recordings are read up to the first one that says otherwise.
     """
-    own = [r for r in recordings if "temperature" in r.specs and r.size]
-    ends = [r.read_si(["temperature"], k, k + 1)["temperature"] for r in own for k in (0, r.size // 2, r.size - 1)]
-    return bool(ends) and bool(beyond_pt100(np.concatenate(ends)).all())
+    own = [r for r in recordings if "temperature" in r.specs]
+    return bool(own) and all(_open_throughout(r) for r in own)
+
+
+def _open_throughout(recording: Recording) -> bool:
+    try:
+        return bool(beyond_pt100(recording.si("temperature")).all())
+    except (RecordingError, OSError, ValueError):
+        return False  # why it cannot be read is said when it is
 
 
 def of_other_sign(recordings: Sequence[Recording]) -> list[Recording]:

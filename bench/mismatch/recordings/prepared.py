@@ -227,9 +227,8 @@ def prepare(
         taken["motor_torque"] = notched(q, motor_torque - torque / ratio, direction, wild, folder.notch, beside_ripple)
         motor_torque = motor_torque - taken["motor_torque"]
     # without a thermometer nothing can depend on temperature: the value to which the nominal terms are referred
-    temperature = signals.mean("temperature")
-    if "temperature" not in signals or signals.bad["temperature"].all():
-        temperature = np.full(n, criteria.REFERENCE_CELSIUS)
+    measured_somewhere = "temperature" in signals and not signals.bad["temperature"].all()
+    temperature = signals.mean("temperature") if measured_somewhere else np.full(n, criteria.REFERENCE_CELSIUS)
     frame = Frame(
         ratio=ratio,
         recording=np.full(n, index, dtype=np.int64),

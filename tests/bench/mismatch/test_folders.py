@@ -193,6 +193,21 @@ def test_a_thermometer_whose_circuit_opens_is_not_compared_from_then_on(tmp_path
         assert np.max(channel.frame.temperature) < 25.2
 
 
+def test_a_recording_whose_temperature_cannot_be_read_is_named_and_the_others_are_compared(tmp_path: Path) -> None:
+    """The first one, which is asked whether a thermometer is connected at all."""
+    paths = [write(tmp_path, number) for number in range(7)]
+    with h5py.File(paths[0]) as file:
+        chunk = file["channels/temperature"].id.get_chunk_info(0)
+    with paths[0].open("r+b") as raw:
+        raw.seek(chunk.byte_offset)
+        raw.write(b"\xff" * chunk.size)
+    data = load(tmp_path)
+    ((name, why),) = data.rejected
+    assert name == "r000.h5"
+    assert "/channels/temperature rows 0 to 1600 cannot be read" in why
+    assert len(data.members) == 6
+
+
 def test_a_thermometer_that_is_not_connected_is_as_none(tmp_path: Path) -> None:
     for number in range(7):
         write(tmp_path, number, open_from=0.0)

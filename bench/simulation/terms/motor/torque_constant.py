@@ -54,7 +54,7 @@ def _limited(frame: Frame, point: Point) -> FloatArray:
 
 
 MOST = 4.0
-"""largest gain error: of a reported torque with a limit as much is taken, and what is right of it"""
+"""largest gain error that is possible; with it a limit takes 1 + g of the torque beyond it"""
 G = Symbol("g", "1", "gain error of the reported torque", -0.9, MOST)
 S2 = Symbol("s_2", "1/(N*m)", "saturation, quadratic")
 S3 = Symbol("s_3", "1/(N*m)^2", "saturation, cubic")
