@@ -107,7 +107,7 @@ def _import_one(
     remarks = (lost, hardly_turns(table.channels, ratio), gain_note(table, ratio, columns))
     table.notes += [note for note in remarks if note is not None]
     segments = [
-        _segment(segment, table.time, files.main)
+        _segment(segment, table, files.main)
         for segment in (entry.segments if entry.segments is not None else mapping.segments)
     ]
     whole = _bounds(entry, table, files.main)
@@ -127,7 +127,7 @@ def _import_one(
             )
     impossible = implausible(table, ratio, f"{mapping_path}", columns)
     warnings = (*misspelt(table, f"{mapping_path}"), *impossible)
-    rate = mapping.sample_rate or 1 / float(np.median(np.diff(table.time)))
+    rate = (mapping.sample_rate if table.held is None else None) or 1 / float(np.median(np.diff(table.time)))
     started = entry.started_at or mapping.started_at or table.started_at
     if started is None:
         started = datetime.fromtimestamp(files.main.stat().st_mtime, UTC)
@@ -147,7 +147,7 @@ def _import_one(
             axis="linear" if table.linear else "rotary",
             config=text,
             software=software(),
-            attributes=provenance(files.main, rows, number, len(stretches)),
+            attributes=provenance(files.main, table.of_file(rows), number, len(stretches)),
         )
         _write(target, header, table, rows, segments, warnings)
     return targets, tuple(table.notes), warnings
@@ -178,8 +178,8 @@ def _write(
 
 def _bounds(entry: RecordingMapping, table: ChannelTable, file: Path) -> slice:
     time = table.time
-    start = entry.start if entry.start_s is None else int(np.searchsorted(time, entry.start_s))
-    stop = entry.stop if entry.stop_s is None else int(np.searchsorted(time, entry.stop_s))
+    start = _row(table, entry.start, entry.start_s)
+    stop = _row(table, entry.stop, entry.stop_s)
     rows = slice(start or 0, time.size if stop is None else min(stop, time.size) if entry.stop_s is not None else stop)
     if not rows.start + 1 < rows.stop <= time.size:
         raise RecordingError(
@@ -275,13 +275,19 @@ def _revolutions(mapping: Mapping, table: ChannelTable, rows: slice, file: Path)
     return travelled(turned[rows], table.time[rows])
 
 
-def _segment(segment: SegmentMapping, time: NDArray[np.float64], file: Path) -> Segment:
-    start = segment.start if segment.start_s is None else int(np.searchsorted(time, segment.start_s))
-    stop = segment.stop if segment.stop_s is None else int(np.searchsorted(time, segment.stop_s))
-    made = Segment(segment.name, start or 0, time.size if stop is None else stop)
-    if not made.start < made.stop <= time.size:
+def _row(table: ChannelTable, of_file: int | None, seconds: float | None) -> int | None:
+    """A row of the table that the mapping names by a row of the file, or by seconds since its first sample."""
+    if seconds is not None:
+        return int(np.searchsorted(table.time, seconds))
+    return None if of_file is None else table.row(of_file)
+
+
+def _segment(segment: SegmentMapping, table: ChannelTable, file: Path) -> Segment:
+    start, stop = _row(table, segment.start, segment.start_s), _row(table, segment.stop, segment.stop_s)
+    made = Segment(segment.name, start or 0, table.size if stop is None else stop)
+    if not made.start < made.stop <= table.size:
         raise ConfigurationError(
             f"{file}: segment '{made.name}' would run from row {made.start} to {made.stop}, "
-            f"it should lie within rows 0 to {time.size}."
+            f"it should lie within rows 0 to {table.size}."
         )
     return made

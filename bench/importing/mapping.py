@@ -158,6 +158,8 @@ class Mapping(Strict):
     """What to do with rows that hold NaN or whose time does not increase."""
     irregular: Literal["resample", "refuse", "keep"] = "resample"
     """What to do with time stamps whose steps differ."""
+    repeated: Literal["leave_out", "keep"] = "leave_out"
+    """What to do with rows that only repeat what the drives said before: a log quicker than its drives."""
     gaps: Literal["refuse", "cut", "keep"] = "refuse"
     """What to do where nothing was recorded for a while."""
     pieces: PiecesMapping | None = None

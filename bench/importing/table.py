@@ -19,6 +19,7 @@ from bench.importing.channel_mapping import ChannelMapping
 from bench.importing.clock import read_clock
 from bench.importing.files import Files
 from bench.importing.fill import LEAST_FILL, fill_note
+from bench.importing.held import Held, held, thinned
 from bench.importing.mapping import Mapping
 from bench.importing.motor_angle import add_motor_angle
 from bench.importing.stamps import (
@@ -41,13 +42,16 @@ _OTHER_RATE = 0.02
 
 @dataclass(slots=True)
 class ChannelTable:
-    """Channels of equal length by name, ``time`` among them; ``starts`` where each stretch without a gap begins."""
+    """Channels of equal length by name, ``time`` among them; ``starts`` where each stretch without a gap begins;
+    ``held`` where rows of the file that only repeat values were left out.
+    """
 
     channels: dict[str, Channel]
     started_at: datetime | None
     linear: bool
     notes: list[str] = field(default_factory=list)
     starts: list[int] = field(default_factory=list)
+    held: Held | None = None
 
     @property
     def time(self) -> NDArray[np.float64]:
@@ -58,6 +62,14 @@ class ChannelTable:
     def size(self) -> int:
         """Number of rows."""
         return int(self.channels["time"].raw.size)
+
+    def row(self, of_file: int) -> int:
+        """The row that a row of the file became."""
+        return of_file if self.held is None else self.held.of_file(of_file)
+
+    def of_file(self, rows: slice) -> slice:
+        """The rows of the file that some rows were made of."""
+        return rows if self.held is None else self.held.in_file(rows)
 
     def keep(self, rows: NDArray[np.bool_] | slice) -> None:
         """Keep the rows chosen."""
@@ -97,6 +109,8 @@ def read_table(mapping: Mapping, wanted: Table[str, ChannelMapping], files: File
     table.channels.update({name: channel for name, channel in read.items() if name not in own_clocks})
     _check_lengths(table, files.main)
     _check_rows(table, mapping.invalid_rows, files.main)
+    if mapping.repeated == "leave_out":
+        _leave_out_repeated(table)
     _regular(table, mapping, files.main)
     for name, entry in own_clocks.items():
         _join(table, name, read[name], entry, wanted["time"], files)
@@ -196,7 +210,7 @@ def _regular(table: ChannelTable, mapping: Mapping, file: Path) -> None:
             "recordings of what stands between them."
         )
     table.starts = [0, *(int(index) for index in found.gaps)] if mapping.gaps == "cut" else [0]
-    wanted = mapping.sample_rate
+    wanted = mapping.sample_rate if table.held is None else None
     if (
         found.even
         and wanted is not None
@@ -211,10 +225,10 @@ def _regular(table: ChannelTable, mapping: Mapping, file: Path) -> None:
         return
     if mapping.irregular == "refuse":
         raise refuse_uneven(found, str(file))
-    _resample(table, 1.0 / mapping.sample_rate if mapping.sample_rate else found.mean)
+    _resample(table, 1.0 / wanted if wanted else found.mean)
     table.notes.append(
         f"steps of time differ ({found.shortest:g} to {found.longest:g} s): all channels were brought onto an even "
-        f"clock of {1 / found.mean if mapping.sample_rate is None else mapping.sample_rate:g} Hz by straight lines"
+        f"clock of {1 / found.mean if wanted is None else wanted:g} Hz by straight lines"
     )
 
 
@@ -286,6 +300,21 @@ def _join(
     table.channels[name] = _resample_channel(name, channel, theirs, table.time)
     rate = 1.0 / float(np.median(np.diff(theirs)))
     table.notes.append(f"{name} has a clock of its own ({rate:.6g} Hz) and was brought onto the common one")
+
+
+def _leave_out_repeated(table: ChannelTable) -> None:
+    """Leave out the rows of a log that repeat what the drives said before."""
+    found = held(table.channels)
+    if found is None:
+        return
+    rate = 1.0 / float(np.median(np.diff(table.time[found.first])))
+    before = 1.0 / float(np.median(np.diff(table.time)))
+    table.channels = dict(thinned(table.channels, found))
+    table.held = found
+    table.notes.append(
+        f"the file has {before:.6g} rows a second, but new values only every {found.rows} rows ({rate:.4g} Hz): rows "
+        "that repeat values were left out, repeated = 'keep' keeps them"
+    )
 
 
 def _from_zero(table: ChannelTable) -> None:
