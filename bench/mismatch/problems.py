@@ -29,7 +29,7 @@ from bench.mismatch.regression.problem import (
 )
 from bench.mismatch.regression.sensitivity import sensitivities
 from bench.mismatch.regression.state import Search
-from bench.simulation.terms import MOTOR_TORQUE, TEMPERATURE
+from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE
 from bench.simulation.waves import Wave
 
 ANGLES = ("rad", "")
@@ -101,6 +101,7 @@ def problem_of(
         tuple(name for name, unit in data.auxiliary_units.items() if unit in ANGLES),
         data.folder.manner.free,
         data.folder.manner.free and data.cut,
+        unresolved=data.unresolved if channel == LOAD_TORQUE else 0.0,
     )
 
 

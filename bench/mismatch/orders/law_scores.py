@@ -191,7 +191,7 @@ def _beyond_polynomials(law: Law, data: Amplitudes) -> float:
     """Share of a law's variation over the revolutions of a direction that no polynomial of the series can say.
 
     With two speeds every function of speed is a straight line: what such a law gains, it gains from the polynomials'
-    prior and not from the recordings.
+    prior and not from the recordings. So it does where the quantity stays as it is, but for rounding.
     """
     g = value(law.effect, law.form, law.point, data.x, data.time, law.reference)
     left, whole = 0.0, 0.0
@@ -200,7 +200,7 @@ def _beyond_polynomials(law: Law, data: Amplitudes) -> float:
         basis = scaling.monomials(data.x[on_side])
         left += float(np.sum((g[on_side] - basis @ np.linalg.lstsq(basis, g[on_side], rcond=RANK)[0]) ** 2))
         whole += float(np.sum((g[on_side] - g[on_side].mean()) ** 2))
-    return left / whole if whole > 0.0 else 0.0
+    return left / whole if whole > RANK**2 * float(np.sum(g**2)) else 0.0
 
 
 def changes_of(data: Amplitudes, white: Sequence[FloatArray], laws: Sequence[Law]) -> list[FloatArray]:

@@ -17,6 +17,7 @@ from scipy.linalg import solve_triangular
 from bench.mismatch import criteria
 from bench.mismatch.orders import modes
 from bench.mismatch.orders.law_scores import (
+    PRIOR_REVOLUTIONS,
     Amplitudes,
     amplitudes,
     changes_of,
@@ -92,10 +93,13 @@ def search(model: TransmissionModel, seed: int) -> FoundLaw | None:
         # beside a mode that was found, what its numbers leave is none with strengths as they please
         if model.periodic is not None and all(law.effect != RESONANCE for law in model.periodic.laws):
             moved = modes.of_each(data)
-        if moved is not None and moved.gain > max(gain, gain_of[RESONANCE]) + criteria.RICHER:
+        if moved is not None and moved.gain > criteria.RICHER:
             swung = _swung(model, data, moved)
-            if swung is not None:
+            better = moved.gain > max(gain, gain_of[RESONANCE]) + criteria.RICHER
+            if swung is not None and (better or _leaves_less(data, swung, mode)):
                 gain_of[RESONANCE], each[RESONANCE] = moved.gain, moved.each
+            else:
+                swung = None
     effect = max(gain_of, key=lambda e: gain_of[e])
     std: tuple[float, ...] = ()
     if swung is not None and effect == RESONANCE:
@@ -125,6 +129,27 @@ def _swung(model: TransmissionModel, data: Amplitudes, moved: modes.Moved) -> tu
     series = calibrated_under(model, data, moved.law)
     law, series, std = _strengths(model, replace(data, series=series), moved.law)
     return (law, series, std) if len(law.orders) >= FEWEST_MOVED else None
+
+
+def _leaves_less(data: Amplitudes, swung: tuple[Law, Series, FloatArray], mode: modes.Mode | None) -> bool:
+    """Whether strengths of each order leave less of the vectors than one participation of all, each calibrated, by more
+    than their numbers cost (BIC). Before that is calibrated one participation says more than it holds: it turns the
+    polynomials with it.
+    """
+    if mode is None:
+        return False
+    law, series, _ = swung
+    revolutions, beyond = len(data.time), 2 * len(law.orders) - 1
+    gained = _misfit(data, mode.law, mode.series) - _misfit(data, law, series)
+    return gained - 0.5 * beyond * float(np.log(2.0 * revolutions)) > criteria.RICHER
+
+
+def _misfit(data: Amplitudes, law: Law, series: Series) -> float:
+    """Negative log-likelihood of the vectors if they are a calibrated series under a law, noise of any size."""
+    said = series.vectors(data.x, data.direction) * factor(law, data.x, data.time, data.orders)
+    squares = np.sum(np.abs((data.vectors - said) / data.sigma) ** 2, axis=0)
+    prior = 2.0 * PRIOR_REVOLUTIONS
+    return float(np.sum((len(data.time) + PRIOR_REVOLUTIONS) * np.log(squares + prior)))
 
 
 def _driven(data: Amplitudes, quantity: str) -> bool:

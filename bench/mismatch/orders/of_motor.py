@@ -82,8 +82,16 @@ def _multiple(order: float, ratio: float) -> bool:
 
 
 def _constant(model: TransmissionModel, sight: Sight, order: float) -> bool:
-    """Whether the plainest model of an order is the best: one vector, whatever the state."""
-    return sight.gains(sight.at(model, order), order)[1] == 0
+    """Whether an order has one vector, whatever the state: the plainest model of it is the best, or what varies of it
+    is too little to be told. Moments at which two encoders are read differ a little, and turn its phase by the speed.
+    """
+    if sight.gains(sight.at(model, order), order)[1] == 0:
+        return True
+    whole, of_mean = _energies(model, sight, order)
+    varies = 0.5 * (whole - of_mean) / float(np.sum(1.0 / sight.stage.scale**2))
+    noise = model.noise
+    assert noise is not None
+    return of_mean >= MOSTLY * whole and varies < criteria.LEAST_POWER * noise.variance
 
 
 def _size(model: TransmissionModel, sight: Sight, order: float) -> float:
@@ -94,8 +102,13 @@ def _size(model: TransmissionModel, sight: Sight, order: float) -> float:
 
 def _share_of_mean(model: TransmissionModel, sight: Sight, order: float) -> float:
     """Share of an order's energy over all revolutions, less that of noise, which one vector holds."""
+    whole, of_mean = _energies(model, sight, order)
+    return of_mean / whole if whole > 0.0 else 0.0
+
+
+def _energies(model: TransmissionModel, sight: Sight, order: float) -> tuple[float, float]:
+    """Energy of an order over all revolutions, and that which one vector holds, both less that of noise."""
     vectors, scale = sight.at(model, order), sight.stage.scale
     noise = 2.0 * sight.noise(order) ** 2
     whole = float(np.sum(np.abs(vectors) ** 2)) - noise * vectors.size
-    of_mean = _size(model, sight, order) ** 2 * float(np.sum(1.0 / scale**2)) - noise
-    return of_mean / whole if whole > 0.0 else 0.0
+    return whole, _size(model, sight, order) ** 2 * float(np.sum(1.0 / scale**2)) - noise

@@ -10,6 +10,7 @@ from bench.mismatch import criteria
 from bench.mismatch.recordings.output_orders import OutputSpectrum
 from bench.mismatch.recordings.pieces import WELL_CUT_S, Piece, counted
 from bench.mismatch.recordings.prepared import Folder
+from bench.mismatch.recordings.resolution import unresolved
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.recordings.vibration import Density, ShaftSpectrum
 from bench.recording import Recording
@@ -85,6 +86,11 @@ class Dataset:
     def present(self) -> frozenset[str]:
         """Channels that some recording has."""
         return frozenset(name for m in self.members for name in m.recording.channels)
+
+    @property
+    def unresolved(self) -> float:
+        """What rounding leaves of the load motor's reported torque where the load is kept, N·m."""
+        return unresolved([m.recording for m in self.members], "load_motor_torque")
 
     def held_out(self) -> set[int]:
         """Indices of the recordings that are scored and never fitted."""

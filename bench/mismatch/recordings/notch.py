@@ -78,10 +78,14 @@ def ripple_orders(recordings: Sequence[Recording]) -> tuple[float, ...]:
         shaken.append(_shaking(recording, values, taper, highest) / levels[-1])
     if len(seen) < criteria.FEWEST_RECORDINGS:
         return ()
-    lines, one = _without_inertia(np.array(seen), np.array(shaken)), 1.0 / np.array(levels)
-    power = np.abs(one @ lines) ** 2
+    torques, one = np.array(seen), 1.0 / np.array(levels)
+    lines = _without_inertia(torques, np.array(shaken))
     pairs = np.arange(1, MOST_POLE_PAIRS + 1)
-    strength = np.array([[_line_strength(power, 6 * k * int(p)) for k in (1, 2)] for p in pairs])
+    # a ripple stands out in the torque itself: taking off the inertia of what only an encoder misreads would make one
+    measured, beside = (np.abs(one @ of) ** 2 for of in (torques, lines))
+    strength = np.array(
+        [[min(_line_strength(power, 6 * k * int(p)) for power in (measured, beside)) for k in (1, 2)] for p in pairs]
+    )
     # two orders of each number of pole pairs are asked
     least = float(stats.f.isf(criteria.ERROR_RATE / strength.size, 2, 2 * (one.size - 1)))
     for k, order in itertools.product((1, 2), 6 * pairs):

@@ -37,6 +37,10 @@ UNSIGNED = {
 
 SINCE = "since_reversal"
 SINCE_A_START_OR_REVERSAL = frozenset({SINCE, "distance_since_start"})
+FORM_ERRORS = 2.0
+"""standard deviations of a form (:data:`criteria.SHAPE`) that it may be off by at one place: one in forty by chance"""
+COURSE = "course"
+"""kind of the quantities that go together while a campaign, or a recording, takes its course"""
 
 
 def concluded(search: Search) -> Search:
@@ -185,6 +189,8 @@ def no_mere_form(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
     """Effects without the functions that may be what a name's form leaves of nature's: those that are smaller than its
     form may be off, and depend on a quantity of the name. Tables with a name of their own are such functions as well
     where they depend on a quantity of the same kind: while a gearbox warms up, time says what its temperature does.
+    So is a function of how the campaign or a motion went on, beside a name that depends on that, where it lies row by
+    row within what the form may be off.
     """
     names = [c for c in chosen if c.effect != UNKNOWN]
 
@@ -192,8 +198,8 @@ def no_mere_form(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
         if one.effect == UNKNOWN:
             return [c for c in names if _quantities(c) & _quantities(one)]
         if isinstance(one.main.regressor, Free):
-            kinds = kinds_of(one.main.regressor)
-            return [c for c in names if c is not one and kinds_of(c.main.regressor) & kinds]
+            of = kinds_of(one.main.regressor)
+            return [c for c in names if c is not one and kinds_of(c.main.regressor) & of]
         return []
 
     def size(one: Chosen) -> float:
@@ -201,9 +207,32 @@ def no_mere_form(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
 
     def is_form(one: Chosen) -> bool:
         largest = max((size(name) for name in like(one)), default=0.0)
-        return largest > 0.0 and size(one) < criteria.SHAPE * largest
+        if largest > 0.0 and size(one) < criteria.SHAPE * largest:
+            return True
+        if one.effect != UNKNOWN or kinds_of(one.main.regressor) != {COURSE}:
+            return False
+        return _within_forms(search, chosen, one, [c for c in names if COURSE in kinds_of(c.main.regressor)])
 
     return [c for c in chosen if not is_form(c)]
+
+
+def _within_forms(search: Search, chosen: Sequence[Chosen], one: Chosen, names: Sequence[Chosen]) -> bool:
+    """Whether most of what a function adds lies, row by row, within what the forms of ``names`` may be off there."""
+    if not names:
+        return False
+    model = search.model
+    train, frame = model.problem.train, model.problem.rows.frame
+    fitted = model.refitted(chosen)
+
+    def beyond(effect: Chosen) -> FloatArray:
+        course = model.contribution(effect, frame, fitted)[train]
+        return np.asarray((course - model.calibration.projected(course)) ** 2)
+
+    energy = beyond(one) * model.problem.rows.number[train]
+    allowed = (
+        (FORM_ERRORS * criteria.SHAPE) ** 2 * sum(beyond(name) for name in names) * model.problem.rows.number[train]
+    )
+    return float(np.maximum(energy - allowed, 0.0).sum()) < criteria.EITHER * float(energy.sum())
 
 
 def no_name_at_its_end(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:

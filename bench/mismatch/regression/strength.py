@@ -66,7 +66,7 @@ def size_of(model: ChannelModel, beyond: FloatArray) -> Strength:
 def trusted(model: ChannelModel) -> float:
     """What no transducer of a torque is trusted with in these recordings: N·m in a torque, in the temperature the K by
     which such a torque at the output would warm the gearbox, beyond what the recalibrated simulation makes of it; 0 in
-    the transmission error.
+    the transmission error. Nor is more said of the load torque than the rounding of the load motor's torque lets it.
     """
     problem = model.problem
     frame = problem.rows.frame
@@ -79,7 +79,9 @@ def trusted(model: ChannelModel) -> float:
         course = integral(rate, frame)[problem.train]
         return active_size(course - model.calibration.projected(course), problem.rows.number[problem.train])
     values = {LOAD_TORQUE: frame.torque, MOTOR_TORQUE: frame.motor_torque}.get(problem.channel)
-    return 0.0 if values is None else criteria.TRANSDUCER * _largest(values, problem.usable)
+    if values is None:
+        return 0.0
+    return max(criteria.TRANSDUCER * _largest(values, problem.usable), problem.unresolved)
 
 
 def _largest(values: FloatArray, usable: NDArray[np.bool_]) -> float:

@@ -93,4 +93,5 @@ TERM = Term(
     },
     variables=("time",),
     shape={TEMPERATURE: (("time", "1"),)},
+    any_function=True,
 )

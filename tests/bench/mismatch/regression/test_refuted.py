@@ -304,6 +304,36 @@ def test_a_small_table_with_a_name_beside_a_name_of_the_same_kind_is_its_form(
 
 
 @pytest.mark.parametrize(
+    ("over", "size", "where", "stays"),
+    [
+        ("seconds", 0.3, "there", False),
+        ("recent_speed_9s", 0.3, "there", False),
+        ("seconds", 0.6, "there", True),
+        ("seconds", 0.3, "elsewhere", True),
+        ("angle", 0.3, "there", True),
+    ],
+)
+def test_a_function_of_how_motion_began_is_the_form_of_presliding_where_that_acts(
+    monkeypatch: pytest.MonkeyPatch, over: str, size: float, where: str, stays: bool
+) -> None:
+    """``size``: of the function over that of pre-sliding friction, in the rows where that acts or in all others."""
+    frame = campaign()
+    search = begun(problem(frame, 0.5 * frame.direction + np.random.default_rng(5).normal(0.0, 0.01, frame.size)))
+    table = Free(MOTOR_TORQUE, (Grid((over,), "d", ((0.0, 2.0, 4.0, 6.0),)),))
+    function = Chosen(add_block(search.model.problem, search.model.bank, table, 1e-3))
+    sliding = named("friction.presliding", MOTOR_TORQUE, "dahl", (0.5,))
+    name = Chosen(add_block(search.model.problem, search.model.bank, sliding))
+    begins = np.arange(frame.size) % EACH < 4
+    values = {id(name): 1.0 * begins, id(function): size * (begins if where == "there" else ~begins)}
+    monkeypatch.setattr(ChannelModel, "contribution", lambda _m, one, *_: values[id(one)])
+    monkeypatch.setattr(type(search.model.calibration), "projected", lambda _c, course: 0.0 * course)
+    monkeypatch.setattr(pruning, "_strength_among", lambda *_: SimpleNamespace(acts=1.0))
+    kept = pruning.no_mere_form(search, [name, function])
+    assert name in kept
+    assert (function in kept) == stays
+
+
+@pytest.mark.parametrize(
     ("worse", "beside", "goes"), [(-0.1, 1, 0), (0.002, 1, 1), (0.1, 1, 1), (-0.1, 0, 0), (0.002, 0, 1)]
 )
 def test_a_name_goes_where_recordings_held_out_are_predicted_worse(
