@@ -6,6 +6,7 @@ simulation; one that is enabled without parameters is calibrated on recordings. 
 
 from __future__ import annotations
 
+import difflib
 import json
 import math
 from collections.abc import Iterator, Mapping
@@ -243,6 +244,10 @@ def _gearbox(data: Any, where: str) -> Gearbox:
     return Gearbox(float(ratio), *teeth)
 
 
+_SLIP = 0.8
+"""likeness of two words (twice the letters that match, over the letters of both) from which one is the other misspelt"""
+
+
 def _parameter(data: Any, where: str) -> Parameter:
     if isinstance(data, int | float) and not isinstance(data, bool):
         return Parameter(float(data))
@@ -265,6 +270,11 @@ def _term(row: Any, where: str) -> Term:
     if orders is not None and not (isinstance(orders, list) and all(isinstance(f, int | float) for f in orders)):
         raise ConfigurationError(f"{where}.orders should be a list of numbers.")
     known = {"effect", "enabled", "parameters", "orders"}
+    for key in row.keys() - known:
+        # keys of later versions are kept; a slip of the pen would be taken for one, and what it says for nothing
+        meant = difflib.get_close_matches(key, known, 1, _SLIP)
+        if meant:
+            raise ConfigurationError(f"{where} has the key '{key}', it should be '{meant[0]}'.")
     coefficients = None
     parameters: dict[str, Parameter] = {}
     if effect in _COEFFICIENT_TERMS:

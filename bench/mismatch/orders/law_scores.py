@@ -175,7 +175,7 @@ def factors(data: Amplitudes) -> list[Law]:
         ("te.temperature_nonlinear", "band", "temperature", heat),
     ):
         width = float(np.ptp(values))
-        if width > 0.0:
+        if width > RANK * float(np.abs(values).max()):
             centres = float(values.min()) + np.linspace(0.0, 1.0, 13) * width
             tried.append((effect, form, name, [(float(c), w * width) for c in centres for w in (0.06, 0.12)]))
     names = {"velocity": "speed"}

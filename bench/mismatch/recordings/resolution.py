@@ -22,7 +22,8 @@ def unresolved(recordings: Sequence[Recording], channel: str) -> float:
     it is no whole number in the file, or nothing is steady.
 
     A step Δ and noise of the standard deviation σ leave Δ/√12·exp(-2π²σ²/Δ²) (Widrow and Kollár, Quantization Noise,
-    2008, ch. 5: the first harmonic of the rounding error's mean). What is seen of σ is rounded itself.
+    2008, ch. 5: the first harmonic of the rounding error's mean). What is seen of a small σ is rounded itself: then
+    rather more is told than is left.
     """
     steady = [r for r in recordings if channel in r.specs and r.steady()]
     left = []

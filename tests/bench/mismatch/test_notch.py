@@ -22,9 +22,12 @@ INERTIA, WAVE = 3.0, 8e-6
 ONE = np.ones(len(SPEEDS))
 
 
-def recordings(folder: Path, ripple: float = 0.0, wave: float = 0.0, wavering: float = 0.0) -> list[Recording]:
+def recordings(
+    folder: Path, ripple: float = 0.0, wave: float = 0.0, wavering: float = 0.0, misread: float = 0.0
+) -> list[Recording]:
     """A load of 500 N·m at each speed: with a ``ripple`` (N·m) of six and twelve times the pole pairs, a ``wave`` (rad)
     of the transmission error at the same orders that shakes the load, and a slow ``wavering`` (N·m) of it.
+    ``misread``: a wave that an encoder has there and the load has not, beside one at another order that shakes it.
     """
     rng = np.random.default_rng(8)
     time = np.arange(SIZE) / RATE
@@ -37,6 +40,9 @@ def recordings(folder: Path, ripple: float = 0.0, wave: float = 0.0, wavering: f
             torque += ripple * np.cos(order * theta + 0.3)
             error += wave * np.cos(order * theta + 1.1)
             torque -= INERTIA * (order * speed) ** 2 * wave * np.cos(order * theta + 1.1)
+        if misread:
+            error += misread * np.cos(6 * PAIRS * theta + 1.1) + WAVE * np.cos(200.0 * theta)
+            torque -= INERTIA * (200.0 * speed) ** 2 * WAVE * np.cos(200.0 * theta)
         torque += wavering * np.cos(6.0 * theta + rng.uniform(0.0, 2.0 * np.pi))
         values = {"time": time, "motor_angle": 185.0 * theta, "load_angle": theta + error, "load_torque": torque}
         channels = {name: (v, ChannelSpec.of(name, dtype="float64")) for name, v in values.items()}
@@ -57,6 +63,11 @@ def test_a_ripple_is_found_beside_waves_that_shake_the_load(tmp_path: Path) -> N
 
 def test_what_the_inertia_of_the_load_asks_for_is_no_ripple(tmp_path: Path) -> None:
     assert ripple_orders(recordings(tmp_path, wave=WAVE)) == ()
+
+
+def test_what_an_encoder_misreads_is_no_ripple(tmp_path: Path) -> None:
+    """Its acceleration is none of the load's: taking off what the inertia would ask for makes a line."""
+    assert ripple_orders(recordings(tmp_path, misread=WAVE)) == ()
 
 
 def test_a_slow_wavering_of_the_load_is_no_ripple(tmp_path: Path) -> None:

@@ -121,6 +121,7 @@ def test_offset_beside_the_orders_is_read_too() -> None:
         ({"terms": {}}, "'terms' should be a list"),
         ({"terms": [{"enabled": True}]}, "'effect'"),
         ({"terms": [{"effect": "a", "enabled": 1}]}, "true or false"),
+        ({"terms": [{"effect": "a", "enabledd": False}]}, "has the key 'enabledd', it should be 'enabled'"),
         ({"terms": [{"effect": "a", "parameters": {"p": "x"}}]}, "terms[0].parameters.p"),
         ({"terms": [{"effect": "te.fourier", "orders": "1"}]}, "list of numbers"),
         ({"terms": [{"effect": "te.fourier", "parameters": {"positive": {"1": {"A": [1], "phi": [1]}}}}]}, "(10,)"),

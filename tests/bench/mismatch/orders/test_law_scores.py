@@ -53,3 +53,13 @@ def test_laws_are_asked_of_whole_orders_that_nothing_leaks_into(
     law = next(law for law in factors(data) if law.effect == "te.drift_time")
     (changes,) = changes_of(data, whitened(data)[0], [law])
     assert (np.abs(changes).max(axis=(1, 2)) > 0.0).tolist() == regular
+
+
+def test_a_temperature_that_stays_as_it_is_has_no_law() -> None:
+    """Rounding differs from revolution to revolution, and is no variation that a polynomial could not say."""
+    data = amplitudes((0.02, 0.04, 0.06, 0.09, 0.13, 0.17))
+    x = data.x.copy()
+    x[:, 2] = 25.0 * (1.0 + 1e-16 * np.arange(len(x)))
+    assert "te.temperature_nonlinear" not in {law.effect for law in factors(replace(data, x=x))}
+    x[:, 2] = 25.0 + 10.0 * np.sin(np.arange(len(x)))
+    assert "te.temperature_nonlinear" in {law.effect for law in factors(replace(data, x=x))}

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.signal import freqs
 
-from bench.mismatch.orders import laws
+from bench.mismatch.orders import laws, modes
 from bench.mismatch.orders.law_scores import Amplitudes
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.periodic import Periodic
@@ -108,3 +108,37 @@ def test_a_mode_that_some_orders_move_as_they_will_is_found_with_these() -> None
     assert law.law.form == "second_order_of_base_each"
     assert law.law.orders == (46.0, 92.0, 138.0)
     assert law.law.point == pytest.approx((7.3, 0.07), rel=0.02)
+
+
+@pytest.mark.parametrize(("phases", "form"), [(0.0, "second_order_of_base"), (1.0, "second_order_of_base_each")])
+def test_orders_that_move_a_mode_each_in_a_phase_of_its_own_have_strengths_of_their_own(
+    phases: float, form: str
+) -> None:
+    """``phases``: spread in rad by which orders differ in how they move the mode."""
+    names, data = passed("second_order_of_base", 7.3, 0.08, 0.0, 8)
+    rng = np.random.default_rng(3)
+    frequency = data.x[:, 1:2] * np.asarray(ORDERS)
+    swing = freqs([-1.0, 0.0, 0.0], [1.0, 0.16 * 7.3, 7.3**2], frequency.ravel())[1].reshape(frequency.shape)
+    strength = 0.4 * np.exp(2j * np.pi * phases * rng.random(len(ORDERS)))
+    vectors = data.vectors * (1.0 + strength * swing)
+    data = replace(data, vectors=vectors, series=calibrate(names.training_revolutions, vectors, data.sigma, ORDERS))
+    found = laws.search(model_of(names.training_revolutions, data), 0)
+    assert found is not None
+    assert (found.law.effect, found.law.form) == (RESONANCE, form)
+    assert found.law.point[0] == pytest.approx(7.3, rel=0.02)
+
+
+def test_a_participation_that_leaves_more_than_strengths_of_each_gives_way() -> None:
+    """Before the series is calibrated under it one participation of all may seem to say more than it does."""
+    names, data = passed("second_order_of_base", 7.3, 0.08, 0.4, 8)
+    found = laws.search(model_of(names.training_revolutions, data), 0)
+    assert found is not None
+    law, series = found.law, found.series
+    mode = modes.Mode(law, (), series, 0.0, np.zeros(len(ORDERS)))
+    worse = replace(law, point=(law.point[0], 3.0 * law.point[1], law.point[2]))
+    each = replace(law, orders=ORDERS)
+    nothing = np.zeros(len(ORDERS))
+    # what says the same with more numbers costs these
+    assert not laws._leaves_less(data, (each, series, nothing), mode)
+    assert laws._leaves_less(data, (each, series, nothing), replace(mode, law=worse))
+    assert not laws._leaves_less(data, (each, series, nothing), None)
