@@ -245,7 +245,7 @@ def _gearbox(data: Any, where: str) -> Gearbox:
 
 
 _SLIP = 0.8
-"""likeness of two words (twice the letters that match, over the letters of both) from which one is the other misspelt"""
+"""likeness of two words (twice the letters that match over those of both) from which one is the other misspelt"""
 
 
 def _parameter(data: Any, where: str) -> Parameter:

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg.lapack import dpotrf, dtrtrs
 from scipy.stats import chi2
 
 from bench.mismatch.regression.kept import Kept
@@ -280,28 +281,58 @@ def solve(normal: Normal, precision: FloatArray | float = 0.0) -> tuple[FloatArr
     k = normal.right.size
     if k == 0:
         return np.zeros(0), np.zeros((0, 0)), -0.5 * (normal.squares + normal.cost)
-    scale = np.sqrt(np.where(np.diag(normal.gram) > 1e-200, np.diag(normal.gram), 1.0))
-    prior = np.broadcast_to(np.asarray(precision, dtype=np.float64), (k,)) / scale**2 + RIDGE
-    inverse = np.linalg.inv(normal.gram / np.outer(scale, scale) + np.diag(prior))
+    scale, scaled = _scaled(normal, precision)
+    inverse = np.linalg.inv(scaled)
     right = normal.right / scale
     beta = inverse @ right
     squares = normal.squares - float(beta @ right)
     return beta / scale, inverse / np.outer(scale, scale), -0.5 * (squares + normal.cost)
 
 
+def _scaled(normal: Normal, precision: FloatArray | float) -> tuple[FloatArray, FloatArray]:
+    """Size of each column (k,), and the normal equations of columns of size 1 with the prior in them (k, k)."""
+    diagonal = np.diagonal(normal.gram)
+    scale = np.sqrt(np.where(diagonal > 1e-200, diagonal, 1.0))
+    scaled = normal.gram / scale[:, None] / scale
+    prior = np.broadcast_to(np.asarray(precision, dtype=np.float64), scale.shape) / scale**2 + RIDGE
+    scaled[np.diag_indices_from(scaled)] += prior
+    return scale, scaled
+
+
+def _likelihoods(normal: Normal, precision: FloatArray | float) -> tuple[float, float]:
+    """Log-likelihood of :func:`solve`, and half the logarithm of the determinant of its covariance: what of it the
+    coefficients take. One factor says both, where neither coefficients nor covariance are asked for.
+    """
+    if normal.right.size == 0:
+        return -0.5 * (normal.squares + normal.cost), 0.0
+    scale, scaled = _scaled(normal, precision)
+    lower, failed = dpotrf(scaled, lower=True)
+    if failed:  # columns so alike that rounding decides
+        _, covariance, likelihood = solve(normal, precision)
+        return likelihood, 0.5 * float(np.linalg.slogdet(covariance)[1])
+    half = dtrtrs(lower, normal.right / scale, lower=True)[0]
+    squares = normal.squares - float(half @ half)
+    taken = -float(np.sum(np.log(np.diagonal(lower)))) - float(np.sum(np.log(scale)))
+    return -0.5 * (squares + normal.cost), taken
+
+
+def likelihood_at(bank: Bank, index: Sequence[int], variance: float, precision: FloatArray | float = 0.0) -> float:
+    """Log-likelihood of the columns ``index`` for one ``variance`` of the offsets."""
+    return _likelihoods(bank.normal(index, variance), precision)[0]
+
+
 def fit(bank: Bank, index: Sequence[int], variances: Sequence[float], precision: FloatArray | float = 0.0) -> Fit:
     """Fit the columns ``index`` with the likeliest of the offsets' ``variances`` (ascending): uphill from the last one
     and from both ends.
     """
-    tried: dict[int, tuple[tuple[float, float], FloatArray, FloatArray]] = {}
+    tried: dict[int, tuple[float, float]] = {}
     gram = bank.gram(index)
 
     def at(position: int, restricted: bool) -> float:
         if position not in tried:
-            coefficients, covariance, likelihood = solve(bank.normal(index, variances[position], gram), precision)
-            taken = 0.5 * float(np.linalg.slogdet(covariance)[1]) if index else 0.0
-            tried[position] = (likelihood, likelihood + taken), coefficients, covariance
-        return tried[position][0][restricted]
+            likelihood, taken = _likelihoods(bank.normal(index, variances[position], gram), precision)
+            tried[position] = likelihood, likelihood + taken
+        return tried[position][restricted]
 
     def uphill(here: int, restricted: bool) -> int:
         while True:
@@ -318,5 +349,5 @@ def fit(bank: Bank, index: Sequence[int], variances: Sequence[float], precision:
 
     last = len(variances) - 1
     found = bank.likeliest = highest(False)
-    (likelihood, _), coefficients, covariance = tried[found]
+    coefficients, covariance, likelihood = solve(bank.normal(index, variances[found], gram), precision)
     return Fit(tuple(index), coefficients, covariance, variances[found], likelihood, variances[highest(True)])

@@ -11,7 +11,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from bench.mismatch.regression.model import Block, ChannelModel, add_block, fit_blocks
+from bench.mismatch.regression.bank import Fit
+from bench.mismatch.regression.model import Block, ChannelModel, add_block, fit_blocks, likelihood_of
 from bench.mismatch.regression.regressors import Free, Regressor
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.quantities import factor, in_words
@@ -123,28 +124,33 @@ def in_cycles(model: ChannelModel, factors: Sequence[str]) -> Iterator[Block]:
         def less(frequency: float, k: int = k) -> float:
             return -float(_powers(frame.time - begin, value[[k]], weight[[k]], np.array([frequency]))[0, 0])
 
+        def at(frequency: float, times: str = times) -> Block:
+            return add_block(problem, model.bank, cycle(model.channel, times, 1.0 / frequency, begin, end))
+
         # what the model calibrated without it has taken of the wave may have made another line the highest
         found = []
         for line in _lines(coarse[k]):
             best = float(frequencies[line])
             near = max(best - step, float(frequencies[0])), best + step
             fine = float(minimize_scalar(less, bounds=near, method="bounded").x)
-            found.append((*_beside(model, cycle(model.channel, times, 1.0 / fine, begin, end)), fine))
-        gain, one, fine = max(found, key=lambda each: each[0])
-        if not gain > price_of_period(one.regressor):
-            continue
+            found.append((_beside(model, at(fine)), fine))
+        beside, fine = max(found, key=lambda each: each[0].likelihood)
+        highest = beside.likelihood
         # and it has moved the period
         move, moves = step, MOST_MOVES
         while move > SMALLEST_MOVE * step and moves:
             moves -= 1
             tried = [f for f in (fine - move, fine + move) if f >= frequencies[0]]
-            further = [(*_beside(model, cycle(model.channel, times, 1.0 / f, begin, end)), f) for f in tried]
-            best_gain, better, frequency = max(further, key=lambda each: each[0])
-            if best_gain > gain:
-                gain, one, fine = best_gain, better, frequency
+            better, frequency = max(
+                (likelihood_of(model.bank, [*model.blocks(), at(f)], beside.variance), f) for f in tried
+            )
+            if better > highest:
+                highest, fine = better, frequency
             else:
                 move *= 0.5
-        yield one
+        one = at(fine)
+        if _beside(model, one).likelihood - model.fit.likelihood > price_of_period(one.regressor):
+            yield one
 
 
 def _lines(powers: FloatArray) -> list[int]:
@@ -156,10 +162,9 @@ def _lines(powers: FloatArray) -> list[int]:
     return [int(k) for k in tops[np.argsort(-powers[tops])][:MOST_LINES]]
 
 
-def _beside(model: ChannelModel, regressor: Free) -> tuple[float, Block]:
-    """Log-likelihood that a cycle gains beside a model, all else fitted anew."""
-    one = add_block(model.problem, model.bank, regressor)
-    return fit_blocks(model.bank, [*model.blocks(), one], model.variances).likelihood - model.fit.likelihood, one
+def _beside(model: ChannelModel, one: Block) -> Fit:
+    """A model with a cycle, all else fitted anew."""
+    return fit_blocks(model.bank, [*model.blocks(), one], model.variances)
 
 
 def _frequencies(span: float) -> FloatArray:

@@ -10,7 +10,7 @@ import numpy as np
 from bench.mismatch import criteria
 from bench.mismatch.recordings.beginning import at_start, risen
 from bench.mismatch.recordings.rows import Rows
-from bench.mismatch.regression.bank import RIDGE, Bank, Fit, Whitening, fit
+from bench.mismatch.regression.bank import RIDGE, Bank, Fit, Whitening, fit, likelihood_at
 from bench.mismatch.regression.calibration import Calibration
 from bench.mismatch.regression.course import added
 from bench.mismatch.regression.excess import levelled
@@ -216,6 +216,13 @@ def fit_blocks(bank: Bank, blocks: Sequence[Block], variances: Sequence[float]) 
     index = [i for b in blocks for i in b.indices]
     precision = np.concatenate([b.precision for b in blocks]) if blocks else np.zeros(0)
     return fit(bank, index, variances, precision)
+
+
+def likelihood_of(bank: Bank, blocks: Sequence[Block], variance: float) -> float:
+    """Log-likelihood of blocks of columns together, for one variance of the recordings' offsets."""
+    return likelihood_at(
+        bank, [i for b in blocks for i in b.indices], variance, np.concatenate([b.precision for b in blocks])
+    )
 
 
 def prepare_bank(

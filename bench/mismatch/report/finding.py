@@ -209,7 +209,7 @@ def _why_not(other: RefittedAlternative) -> str:
     text = f"refitted in its place it gives points left out {abs(other.loss):.1f}{error} {more} log density"
     if np.isfinite(other.weight):
         sure = f"below {LEAST_WEIGHT:g}" if other.weight < LEAST_WEIGHT else f"{other.weight:.2g}"
-        text += f"; probability {sure} that it predicts best"
+        text += f"; probability {sure} that it predicts best, its numbers counted"
     return text + ("; the recordings cannot tell the two apart" if other.as_good else "")
 
 
