@@ -8,18 +8,20 @@ coefficients a normal prior about 0.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
+from scipy.optimize import leastsq
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 STEP, GAIN = 1e-7, 1e-8
 """Relative change of the coefficients, and of the sum of squares, at which a fit has converged."""
+GRADIENT = 1e-8
+"""Cosine of the angle between the residual and every column of the Jacobian at which it has, too."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +41,20 @@ class Polynomials:
 def mean_size(vector: ComplexArray) -> float:
     """Root mean square of vectors (n,); not 0."""
     return float(np.sqrt(np.mean(np.abs(vector) ** 2))) or 1e-12
+
+
+def _lowest(
+    residual: Callable[[FloatArray], FloatArray], jacobian: Callable[[FloatArray], FloatArray], start: FloatArray
+) -> tuple[FloatArray, float]:
+    """Where the squares of a residual are lowest, downhill from ``start``, and what they are there (MINPACK's lmder).
+
+    ``leastsq`` and not ``least_squares``: the same routine, called ten thousands of times, without what the latter does
+    around it, which takes as long as the routine.
+    """
+    found = leastsq(
+        residual, start, Dfun=jacobian, ftol=GAIN, xtol=STEP, gtol=GRADIENT, diag=np.ones(start.size), full_output=True
+    )
+    return np.asarray(found[0]), float(np.sum(found[2]["fvec"] ** 2))
 
 
 def fit_polynomials(
@@ -85,15 +101,13 @@ def fit_polynomials(
         columns = np.hstack([phasor[:, None] * basis, (1j * (basis @ x[:size]) * phasor)[:, None] * basis])
         return np.vstack([parts(columns) * scale, pull])
 
-    runs = [least_squares(residual, start / scale, jac=jacobian, method="lm", xtol=STEP, ftol=GAIN) for start in starts]
-    best = min(runs, key=lambda run: float(run.cost))
-    x = np.asarray(best.x) * scale
+    runs = [_lowest(residual, jacobian, start / scale) for start in starts]
+    best, squares = min(runs, key=lambda run: run[1])
+    x = best * scale
     normal = np.zeros((2 * size, 2 * size))
     # with the amplitude of the model itself: where there is none, a phase stays undetermined
     level = basis @ x[:size]
     normal[:size, :size] = (basis.T / along) @ basis
     normal[size:, size:] = (basis.T * (level**2 / across)) @ basis
     inner = np.linalg.pinv(normal * np.outer(scale, scale) + pull.T @ pull, rcond=1e-12, hermitian=True)
-    return Polynomials(
-        x[:size].copy(), x[size:].copy(), 2.0 * float(best.cost), inner * np.outer(scale, scale), np.diag(inner).copy()
-    )
+    return Polynomials(x[:size].copy(), x[size:].copy(), squares, inner * np.outer(scale, scale), np.diag(inner).copy())
