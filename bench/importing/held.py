@@ -1,4 +1,4 @@
-"""Logs with more rows than the drive gave values: rows that repeat the values before them are no samples.
+"""Logs with more rows than the drives gave values: rows that repeat the values before them are no samples.
 
 A logger that asks every millisecond writes each value of a drive that answers every 15 ms fifteen times. Steps between
 such values would be taken for noise, and repeated values for measurements that agree.
@@ -13,70 +13,112 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.importing.channel import Channel
+from bench.importing.stamps import evenness
+from bench.signals import BY_NAME
 
-DRIVE = ("motor_angle", "load_angle", "motor_velocity", "load_velocity", "motor_torque", "load_torque")
-"""channels that change with every sample of a machine that moves: others (a thermometer) may be slower"""
 TORQUES = ("motor_torque", "load_torque")
+"""channels whose noise makes every new value another one: the first that a file has tells the cycle"""
+SMOOTH = ("angle", "velocity")
+"""quantities that hardly change from value to value: they are taken by straight lines between these"""
+NOT_MEASURED = ("word", "count", "time")
 FEWEST_CHANGES = 50
 """changes of value below which nothing is said of how often a channel is given a new one"""
 EARLY = 0.01
-"""share of the changes that may come sooner after the one before than the drive's cycle, but for one row"""
+"""share of the changes that may come sooner after the one before than the cycle, by more than one row"""
+BETWEEN = 0.05
+"""share of the changes that may come between whole cycles after the one before"""
+JUMP = 0.5
+"""step from one value to the next, over the range of all, from which a channel is not interpolated: an angle that
+starts again at 0
+"""
 
+FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
 class Held:
-    """Rows that hold the values before them: a new one comes every ``rows`` rows; ``first`` row of each new value of
-    the channel that the others are brought to (M,).
+    """A log whose rows repeat what the drives said.
+
+    ``rows``: rows of a cycle; ``first`` (m,): row of each new value; ``stamps`` (n,): time of each row of the log in s.
     """
 
     rows: int
     first: IntArray
-    size: int
-    """rows of the log"""
+    stamps: FloatArray
 
-    def of_file(self, row: int) -> int:
-        """The row of the thinned table that a row of the log belongs to."""
-        return self.first.size if row >= self.size else int(np.searchsorted(self.first, row))
+    @property
+    def rate(self) -> float:
+        """Rows of the log a second."""
+        return 1.0 / float(np.median(np.diff(self.stamps)))
 
-    def in_file(self, rows: slice) -> slice:
-        """The rows of the log that some rows of the thinned table were made of."""
-        edges = np.append(self.first, self.size)
-        return slice(int(edges[rows.start]), int(edges[rows.stop]))
+    def row_of(self, of_file: int, time: FloatArray) -> int:
+        """Row of a table (its ``time`` (k,) begins at the first new value) that a row of the log became; beyond the
+        table by as much as beyond the log.
+        """
+        if of_file >= self.stamps.size:
+            return int(time.size + of_file - self.stamps.size)
+        since = self.stamps[of_file] - self.stamps[self.first[0]]
+        return int(np.searchsorted(time, since - 0.5 / self.rate))
+
+    def rows_in_file(self, rows: slice, time: FloatArray) -> slice:
+        """Rows of the log that some rows of a table were made of."""
+        since = self.stamps - self.stamps[self.first[0]] + 0.5 / self.rate
+        start = 0 if rows.start == 0 else int(np.searchsorted(since, time[rows.start]))
+        stop = self.stamps.size if rows.stop >= time.size else int(np.searchsorted(since, time[rows.stop]))
+        return slice(start, stop)
 
 
 def held(channels: Mapping[str, Channel]) -> Held | None:
-    """Find out whether each value is repeated for some rows in every channel of the drives; None where one has new
-    values at any row.
+    """Find out whether each value is repeated for some rows, in every measured channel that changes often enough to
+    tell; None where one has new values at other rows, or where nothing was recorded for a while.
 
-    A quantity that changes slowly repeats its values as well, now and then for few rows and now and then for many: a
-    drive's cycle is told by that no value comes sooner, of any channel. Of channels without a torque nothing is said:
-    an encoder that turns evenly changes at even distances by itself.
+    A quantity that changes slowly repeats its values as well, now for few rows and now for many: a cycle is told by
+    that no value comes sooner, and hardly one between two cycles. Of channels without a torque nothing is said: an
+    encoder that turns evenly changes at even distances by itself.
     """
-    changes = {name: np.flatnonzero(np.diff(channels[name].raw) != 0) + 1 for name in DRIVE if name in channels}
+    measured = {name: channel for name, channel in channels.items() if _quantity(name) not in NOT_MEASURED}
+    changes = {name: _changes(channel) for name, channel in measured.items()}
     changes = {name: at for name, at in changes.items() if at.size >= FEWEST_CHANGES}
     torque = next((name for name in TORQUES if name in changes), None)
     if torque is None:
         return None
     rows = int(np.median(np.diff(changes[torque])))
-    if rows < 2 or any(np.mean(np.diff(at) < max(rows - 1, 2)) > EARLY for at in changes.values()):
+    stamps = channels["time"].si
+    if rows < 2 or not all(_cycles(np.diff(at), rows) for at in changes.values()) or evenness(stamps).gaps.size:
         return None
-    size = channels[torque].raw.size
-    return Held(rows, _refreshed(changes[torque], size, rows), size)
+    return Held(rows, _refreshed(changes[torque], stamps.size, rows), stamps)
+
+
+def _cycles(distances: IntArray, rows: int) -> bool:
+    """Whether changes come whole cycles after one another; a cycle may be a row longer or shorter than it is."""
+    within = 1 if rows > 3 else 0
+    off = np.abs(distances - rows * np.maximum(np.round(distances / rows), 1.0))
+    return bool(np.mean(distances < rows - within) <= EARLY and np.mean(off > within) <= BETWEEN)
 
 
 def thinned(channels: Mapping[str, Channel], found: Held) -> Iterator[tuple[str, Channel]]:
-    """The channels with a row for each new value. Those of the drives are taken by straight lines between their own new
-    values, which may come at other moments; of all others, the time among them, the rows are taken.
+    """The channels with a row for each new value. Angles and speeds are taken by straight lines between their own new
+    values, which may come at other rows, where they do not jump; of all other channels the rows are taken.
     """
     for name, channel in channels.items():
-        at = np.flatnonzero(np.diff(channel.raw) != 0) + 1
-        if name in DRIVE and at.size >= FEWEST_CHANGES:
+        at = _changes(channel)
+        if _quantity(name) in SMOOTH and at.size >= FEWEST_CHANGES:
             fresh = _refreshed(at, channel.raw.size, found.rows)
-            yield name, channel.with_si(np.interp(found.first, fresh, channel.si[fresh]))
-        else:
-            yield name, channel.taken(found.first)
+            values = channel.si[fresh]
+            if float(np.max(np.abs(np.diff(values)))) < JUMP * float(np.ptp(values)):
+                yield name, channel.with_si(np.interp(found.first, fresh, values))
+                continue
+        yield name, channel.taken(found.first)
+
+
+def _quantity(name: str) -> str:
+    return BY_NAME[name].quantity if name in BY_NAME else ""
+
+
+def _changes(channel: Channel) -> IntArray:
+    """Rows at which a channel has another value than in the row before."""
+    return np.asarray(np.flatnonzero(np.diff(channel.raw) != 0) + 1, dtype=np.int64)
 
 
 def _refreshed(changes: IntArray, size: int, rows: int) -> IntArray:

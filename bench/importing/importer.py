@@ -127,7 +127,7 @@ def _import_one(
             )
     impossible = implausible(table, ratio, f"{mapping_path}", columns)
     warnings = (*misspelt(table, f"{mapping_path}"), *impossible)
-    rate = (mapping.sample_rate if table.held is None else None) or 1 / float(np.median(np.diff(table.time)))
+    rate = table.rate_asked_for(mapping.sample_rate) or 1 / float(np.median(np.diff(table.time)))
     started = entry.started_at or mapping.started_at or table.started_at
     if started is None:
         started = datetime.fromtimestamp(files.main.stat().st_mtime, UTC)
@@ -147,7 +147,7 @@ def _import_one(
             axis="linear" if table.linear else "rotary",
             config=text,
             software=software(),
-            attributes=provenance(files.main, table.of_file(rows), number, len(stretches)),
+            attributes=provenance(files.main, table.rows_in_file(rows), number, len(stretches)),
         )
         _write(target, header, table, rows, segments, warnings)
     return targets, tuple(table.notes), warnings

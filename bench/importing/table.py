@@ -65,11 +65,17 @@ class ChannelTable:
 
     def row(self, of_file: int) -> int:
         """The row that a row of the file became."""
-        return of_file if self.held is None else self.held.of_file(of_file)
+        return of_file if self.held is None else self.held.row_of(of_file, self.time)
 
-    def of_file(self, rows: slice) -> slice:
+    def rows_in_file(self, rows: slice) -> slice:
         """The rows of the file that some rows were made of."""
-        return rows if self.held is None else self.held.in_file(rows)
+        return rows if self.held is None else self.held.rows_in_file(rows, self.time)
+
+    def rate_asked_for(self, rate: float | None) -> float | None:
+        """The sample rate of the mapping; None where it is that of a log whose rows repeat values."""
+        if self.held is None or rate is None or abs(self.held.rate / rate - 1.0) > _OTHER_RATE:
+            return rate
+        return None
 
     def keep(self, rows: NDArray[np.bool_] | slice) -> None:
         """Keep the rows chosen."""
@@ -110,7 +116,7 @@ def read_table(mapping: Mapping, wanted: Table[str, ChannelMapping], files: File
     _check_lengths(table, files.main)
     _check_rows(table, mapping.invalid_rows, files.main)
     if mapping.repeated == "leave_out":
-        _leave_out_repeated(table)
+        _leave_out_repeated(table, mapping.irregular)
     _regular(table, mapping, files.main)
     for name, entry in own_clocks.items():
         _join(table, name, read[name], entry, wanted["time"], files)
@@ -210,7 +216,7 @@ def _regular(table: ChannelTable, mapping: Mapping, file: Path) -> None:
             "recordings of what stands between them."
         )
     table.starts = [0, *(int(index) for index in found.gaps)] if mapping.gaps == "cut" else [0]
-    wanted = mapping.sample_rate if table.held is None else None
+    wanted = table.rate_asked_for(mapping.sample_rate)
     if (
         found.even
         and wanted is not None
@@ -302,18 +308,19 @@ def _join(
     table.notes.append(f"{name} has a clock of its own ({rate:.6g} Hz) and was brought onto the common one")
 
 
-def _leave_out_repeated(table: ChannelTable) -> None:
-    """Leave out the rows of a log that repeat what the drives said before."""
+def _leave_out_repeated(table: ChannelTable, irregular: str) -> None:
+    """Leave out the rows of a log that repeat what the drives said before; not where that makes a clock uneven that is
+    to be kept.
+    """
     found = held(table.channels)
-    if found is None:
+    if found is None or (irregular != "resample" and not evenness(found.stamps[found.first]).even):
         return
-    rate = 1.0 / float(np.median(np.diff(table.time[found.first])))
-    before = 1.0 / float(np.median(np.diff(table.time)))
+    rate = 1.0 / float(np.median(np.diff(found.stamps[found.first])))
     table.channels = dict(thinned(table.channels, found))
     table.held = found
     table.notes.append(
-        f"the file has {before:.6g} rows a second, but new values only every {found.rows} rows ({rate:.4g} Hz): rows "
-        "that repeat values were left out, repeated = 'keep' keeps them"
+        f"the file has {found.rate:.6g} rows a second, but new values only every {found.rows} rows ({rate:.4g} Hz): "
+        "rows that repeat values were left out, repeated = 'keep' keeps them"
     )
 
 

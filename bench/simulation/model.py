@@ -244,7 +244,7 @@ def _gearbox(data: Any, where: str) -> Gearbox:
     return Gearbox(float(ratio), *teeth)
 
 
-_SLIP = 0.8
+_SLIP = 0.9
 """likeness of two words (twice the letters that match over those of both) from which one is the other misspelt"""
 
 
@@ -270,9 +270,9 @@ def _term(row: Any, where: str) -> Term:
     if orders is not None and not (isinstance(orders, list) and all(isinstance(f, int | float) for f in orders)):
         raise ConfigurationError(f"{where}.orders should be a list of numbers.")
     known = {"effect", "enabled", "parameters", "orders"}
-    for key in row.keys() - known:
+    for key in sorted(row.keys() - known):
         # keys of later versions are kept; a slip of the pen would be taken for one, and what it says for nothing
-        meant = difflib.get_close_matches(key, known, 1, _SLIP)
+        meant = difflib.get_close_matches(key.lower(), known - row.keys(), 1, _SLIP)
         if meant:
             raise ConfigurationError(f"{where} has the key '{key}', it should be '{meant[0]}'.")
     coefficients = None

@@ -54,7 +54,10 @@ def _lowest(
     found = leastsq(
         residual, start, Dfun=jacobian, ftol=GAIN, xtol=STEP, gtol=GRADIENT, diag=np.ones(start.size), full_output=True
     )
-    return np.asarray(found[0]), float(np.sum(found[2]["fvec"] ** 2))
+    squares = float(np.sum(found[2]["fvec"] ** 2))
+    if not np.isfinite(squares):
+        raise ValueError("vectors that are no numbers cannot be fitted")
+    return np.asarray(found[0]), squares
 
 
 def fit_polynomials(

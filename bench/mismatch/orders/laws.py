@@ -97,7 +97,8 @@ def search(model: TransmissionModel, seed: int) -> FoundLaw | None:
             swung = _swung(model, data, moved)
             better = moved.gain > max(gain, gain_of[RESONANCE]) + criteria.RICHER
             if swung is not None and (better or _leaves_less(data, swung, mode)):
-                gain_of[RESONANCE], each[RESONANCE] = moved.gain, moved.each
+                if moved.gain > gain_of[RESONANCE]:
+                    gain_of[RESONANCE], each[RESONANCE] = moved.gain, moved.each
             else:
                 swung = None
     effect = max(gain_of, key=lambda e: gain_of[e])
@@ -132,9 +133,9 @@ def _swung(model: TransmissionModel, data: Amplitudes, moved: modes.Moved) -> tu
 
 
 def _leaves_less(data: Amplitudes, swung: tuple[Law, Series, FloatArray], mode: modes.Mode | None) -> bool:
-    """Whether strengths of each order leave less of the vectors than one participation of all, each calibrated, by more
-    than their numbers cost (BIC). Before that is calibrated one participation says more than it holds: it turns the
-    polynomials with it.
+    """Whether strengths of each order leave less of the vectors than one participation of all, by more than their
+    numbers cost (BIC), each beside a series calibrated under it. Before that is calibrated one participation says more
+    than it holds: it turns the polynomials with it.
     """
     if mode is None:
         return False

@@ -91,7 +91,7 @@ def _constant(model: TransmissionModel, sight: Sight, order: float) -> bool:
     varies = 0.5 * (whole - of_mean) / float(np.sum(1.0 / sight.stage.scale**2))
     noise = model.noise
     assert noise is not None
-    return of_mean >= MOSTLY * whole and varies < criteria.LEAST_POWER * noise.variance
+    return whole > 0.0 and of_mean >= MOSTLY * whole and varies < criteria.LEAST_POWER * noise.variance
 
 
 def _size(model: TransmissionModel, sight: Sight, order: float) -> float:

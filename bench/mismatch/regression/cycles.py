@@ -133,24 +133,25 @@ def in_cycles(model: ChannelModel, factors: Sequence[str]) -> Iterator[Block]:
             best = float(frequencies[line])
             near = max(best - step, float(frequencies[0])), best + step
             fine = float(minimize_scalar(less, bounds=near, method="bounded").x)
-            found.append((_beside(model, at(fine)), fine))
-        beside, fine = max(found, key=lambda each: each[0].likelihood)
+            one = at(fine)
+            found.append((_beside(model, one), one, fine))
+        beside, one, fine = max(found, key=lambda each: each[0].likelihood)
         highest = beside.likelihood
+        if not highest - model.fit.likelihood > price_of_period(one.regressor):
+            continue
         # and it has moved the period
         move, moves = step, MOST_MOVES
         while move > SMALLEST_MOVE * step and moves:
             moves -= 1
             tried = [f for f in (fine - move, fine + move) if f >= frequencies[0]]
-            better, frequency = max(
-                (likelihood_of(model.bank, [*model.blocks(), at(f)], beside.variance), f) for f in tried
-            )
-            if better > highest:
-                highest, fine = better, frequency
+            further = [(at(f), f) for f in tried]
+            likelihoods = [likelihood_of(model.bank, [*model.blocks(), b], beside.variance) for b, _ in further]
+            best_of = int(np.argmax(likelihoods))
+            if likelihoods[best_of] > highest:
+                highest, (one, fine) = likelihoods[best_of], further[best_of]
             else:
                 move *= 0.5
-        one = at(fine)
-        if _beside(model, one).likelihood - model.fit.likelihood > price_of_period(one.regressor):
-            yield one
+        yield one
 
 
 def _lines(powers: FloatArray) -> list[int]:

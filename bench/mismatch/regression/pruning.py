@@ -11,11 +11,11 @@ from bench.mismatch import criteria
 from bench.mismatch.regression.description import description, prior_of
 from bench.mismatch.regression.folds import weights
 from bench.mismatch.regression.heredity import without
-from bench.mismatch.regression.independent import beyond_noise, independent, kinds_of
+from bench.mismatch.regression.independent import KINDS, beyond_noise, independent, kinds_of
 from bench.mismatch.regression.model import Chosen, unrefined
 from bench.mismatch.regression.refine import at_longest
 from bench.mismatch.regression.refuted import not_refuted
-from bench.mismatch.regression.regressors import UNKNOWN, Free
+from bench.mismatch.regression.regressors import UNKNOWN, Free, kinds
 from bench.mismatch.regression.scan import Scan
 from bench.mismatch.regression.sign_blocks import whole
 from bench.mismatch.regression.state import Search
@@ -209,7 +209,7 @@ def no_mere_form(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
         largest = max((size(name) for name in like(one)), default=0.0)
         if largest > 0.0 and size(one) < criteria.SHAPE * largest:
             return True
-        if one.effect != UNKNOWN or kinds_of(one.main.regressor) != {COURSE}:
+        if one.effect != UNKNOWN or not KINDS[COURSE].issuperset(kinds(one.main.regressor)):
             return False
         return _within_forms(search, chosen, one, [c for c in names if COURSE in kinds_of(c.main.regressor)])
 

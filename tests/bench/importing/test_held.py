@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 
+from bench.importing import Imported
 from tests.bench.importing import builders
 
 _CHANNELS = """
@@ -59,6 +62,83 @@ def test_rows_that_the_mapping_names_are_those_of_the_file(tmp_path: Path) -> No
     np.testing.assert_allclose(recording.si("motor_torque"), torque[100:200])
     (segment,) = recording.segments
     assert (segment.start, segment.stop) == (10, 50)
+
+
+def test_rows_beyond_the_file_are_refused_in_the_numbers_of_the_file(tmp_path: Path) -> None:
+    _log(tmp_path)
+    assert "rows" in builders.why(tmp_path, _CHANNELS, entry="stop = 99999")
+
+
+def test_rows_of_a_drive_that_is_late_now_and_then_are_those_of_the_file(tmp_path: Path) -> None:
+    """400 values of 8 rows, then 200 of 9: the thinned clock is uneven, and is resampled."""
+    lengths = np.repeat([8, 9], [400, 200])
+    number = np.repeat(np.arange(lengths.size), lengths)
+    torque = np.random.default_rng(6).normal(size=lengths.size)[number]
+    angle = 0.002 * (np.cumsum(lengths) - lengths)[number]
+    t = np.arange(number.size) / 1000.0
+    builders.csv(tmp_path / "a.csv", t=t, M=torque, q=angle, T=20.0 + 0 * t)
+    recording = builders.one(tmp_path, _CHANNELS, entry="start = 3200\nstop = 4100").recording
+    at = recording.si("motor_angle")
+    assert at[0] == pytest.approx(angle[3200], abs=0.02)
+    assert at[-1] == pytest.approx(angle[4099], abs=0.03)
+    (tmp_path / "out/a.h5").unlink()
+    pieces = builders.run(tmp_path, _CHANNELS, top="pieces = {seconds = 2.0, at_least = 1}")
+    rows = []
+    for done in pieces:
+        assert isinstance(done, Imported)
+        with h5py.File(done.recording.path) as file:
+            rows.append((int(file.attrs["first_row"]), int(file.attrs["rows_end"])))
+    assert rows[0][0] == 0
+    assert rows[-1][1] == number.size
+    assert all(a[1] == b[0] for a, b in itertools.pairwise(rows))
+
+
+def test_an_angle_that_starts_again_is_not_interpolated(tmp_path: Path) -> None:
+    _log(tmp_path)
+    row = np.arange(EVERY * COUNT)
+    torque = np.random.default_rng(7).normal(size=COUNT)[row // EVERY]
+    angle = np.mod(0.05 * ((row + EVERY - 3) // EVERY * EVERY), 2.0 * np.pi)
+    builders.csv(tmp_path / "a.csv", t=row / 1000.0, M=torque, q=angle, T=20.0 + 0 * row)
+    recording = builders.one(tmp_path, _CHANNELS).recording
+    assert recording.size == COUNT
+    assert set(np.round(recording.si("motor_angle"), 6)) <= set(np.round(angle, 6))
+
+
+def test_where_a_channel_has_new_values_in_every_row_all_rows_stay(tmp_path: Path) -> None:
+    _log(tmp_path)
+    row = np.arange(EVERY * COUNT)
+    torque = np.random.default_rng(7).normal(size=COUNT)[row // EVERY]
+    quick = np.sin(0.7 * row)
+    builders.csv(tmp_path / "a.csv", t=row / 1000.0, M=torque, q=0.001 * (row // EVERY), T=20.0 + 0 * row, a=quick)
+    channels = _CHANNELS + 'load_motor_torque = {variable = "a", unit = "N*m"}\n'
+    assert builders.one(tmp_path, channels).recording.size == row.size
+    (tmp_path / "out/a.h5").unlink()
+    recording = builders.one(tmp_path, _CHANNELS, aux='acc = {variable = "a", unit = "m/s**2"}').recording
+    assert recording.size == row.size
+
+
+def test_a_rate_asked_for_that_is_not_the_log_s_is_taken(tmp_path: Path) -> None:
+    _log(tmp_path)
+    recording = builders.one(tmp_path, _CHANNELS, top="sample_rate = 100.0").recording
+    assert recording.sample_rate == pytest.approx(100.0)
+
+
+def test_gaps_are_those_of_the_log(tmp_path: Path) -> None:
+    """With a gap the rows stay as they are; it is refused, or cut, as in any file."""
+    row = np.arange(EVERY * COUNT)
+    torque = np.random.default_rng(7).normal(size=COUNT)[row // EVERY]
+    t = (row + 50.0 * (row > 1000)) / 1000.0
+    builders.csv(tmp_path / "a.csv", t=t, M=torque, q=0.001 * (row // EVERY), T=20.0 + 0 * row)
+    assert "gaps = 'cut'" in builders.why(tmp_path, _CHANNELS)
+    first, second = builders.run(tmp_path, _CHANNELS, top='gaps = "cut"')
+    assert (first.recording.size, second.recording.size) == (1001, row.size - 1001)  # type: ignore[union-attr]
+
+
+def test_a_smooth_torque_without_noise_is_no_log_of_repeated_rows(tmp_path: Path) -> None:
+    row = np.arange(20000)
+    torque = np.round(100.0 * np.sin(2.0 * np.pi * 0.5 * row / 1000.0))
+    builders.csv(tmp_path / "a.csv", t=row / 1000.0, M=torque, q=0.0 * row, T=20.0 + 0 * row)
+    assert builders.one(tmp_path, _CHANNELS).recording.size == row.size
 
 
 def test_the_rate_that_the_mapping_says_is_that_of_the_log(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from typing import cast
 import numpy as np
 import pytest
 
-from bench.mismatch.regression.bank import RIDGE, Bank, fit
+from bench.mismatch.regression.bank import RIDGE, Bank, Normal, _likelihoods, fit, solve
 from bench.mismatch.regression.folds import apart, predictive, surely_more, to_be_beaten, weights
 from bench.mismatch.regression.model import Block, ChannelModel, fit_blocks
 from bench.simulation.frame import FloatArray
@@ -182,3 +182,28 @@ def test_a_model_that_predicts_better_everywhere_has_all_the_weight() -> None:
 )
 def test_a_few_points_decide_where_all_others_say_the_same(difference: FloatArray, surely: bool) -> None:
     assert surely_more(difference, np.zeros(difference.size)) is surely
+
+
+@pytest.mark.parametrize("alike", [False, True])
+def test_one_factor_says_how_likely_a_model_is_as_the_whole_solution_does(alike: bool) -> None:
+    """``alike``: two columns that only rounding tells apart, for which there may be no factor."""
+    rng = np.random.default_rng(3)
+    x = rng.normal(size=(300, 6)) * 10.0 ** rng.uniform(-4.0, 4.0, 6)
+    if alike:
+        x[:, 5] = x[:, 4] * (1.0 + 1e-16)
+    y = rng.normal(size=300)
+    normal = Normal(x.T @ x, x.T @ y, float(y @ y), 3.0)
+    precision = rng.uniform(size=6)
+    _, covariance, likelihood = solve(normal, precision)
+    found, taken = _likelihoods(normal, precision)
+    assert found == pytest.approx(likelihood, rel=1e-9)
+    assert taken == pytest.approx(0.5 * np.linalg.slogdet(covariance)[1], abs=1e-4 if alike else 1e-9)
+
+
+def test_where_there_is_no_factor_the_whole_solution_says_it() -> None:
+    """Rounding may leave normal equations that are no sum of squares."""
+    gram = np.array([[1.0, 1.5], [1.5, 1.0]])
+    normal = Normal(gram, np.array([1.0, 0.5]), 4.0, 0.5)
+    _, covariance, likelihood = solve(normal, 0.0)
+    assert _likelihoods(normal, 0.0) == pytest.approx((likelihood, 0.5 * np.linalg.slogdet(covariance)[1]))
+    assert _likelihoods(Normal(np.zeros((0, 0)), np.zeros(0), 4.0, 0.5), 0.0) == (-2.25, 0.0)
