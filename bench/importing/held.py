@@ -18,8 +18,10 @@ from bench.signals import BY_NAME
 
 TORQUES = ("motor_torque", "load_torque")
 """channels whose noise makes every new value another one: the first that a file has tells the cycle"""
-SMOOTH = ("angle", "velocity")
-"""quantities that hardly change from value to value: they are taken by straight lines between these"""
+OF_DRIVES = ("angle", "velocity", "torque")
+"""quantities whose new values may come at other rows than those of the torque: they are taken by straight lines between
+these, for what swings within a cycle is otherwise compared with what was there before
+"""
 NOT_MEASURED = ("word", "count", "time")
 FEWEST_CHANGES = 50
 """changes of value below which nothing is said of how often a channel is given a new one"""
@@ -28,8 +30,8 @@ EARLY = 0.01
 BETWEEN = 0.05
 """share of the changes that may come between whole cycles after the one before"""
 JUMP = 0.5
-"""step from one value to the next, over the range of all, from which a channel is not interpolated: an angle that
-starts again at 0
+"""step from one value to the next, over the range of all, from which an angle starts again at 0, and is not
+interpolated
 """
 
 FloatArray = NDArray[np.float64]
@@ -98,15 +100,16 @@ def _cycles(distances: IntArray, rows: int) -> bool:
 
 
 def thinned(channels: Mapping[str, Channel], found: Held) -> Iterator[tuple[str, Channel]]:
-    """The channels with a row for each new value. Angles and speeds are taken by straight lines between their own new
-    values, which may come at other rows, where they do not jump; of all other channels the rows are taken.
+    """The channels with a row for each new value. Those of the drives are taken by straight lines between their own new
+    values, but for an angle that starts again; of all others the rows are taken.
     """
     for name, channel in channels.items():
-        at = _changes(channel)
-        if _quantity(name) in SMOOTH and at.size >= FEWEST_CHANGES:
+        at, quantity = _changes(channel), _quantity(name)
+        if quantity in OF_DRIVES and at.size >= FEWEST_CHANGES:
             fresh = _refreshed(at, channel.raw.size, found.rows)
             values = channel.si[fresh]
-            if float(np.max(np.abs(np.diff(values)))) < JUMP * float(np.ptp(values)):
+            largest = float(np.max(np.abs(np.diff(values))))
+            if quantity != "angle" or largest < JUMP * float(np.ptp(values)):
                 yield name, channel.with_si(np.interp(found.first, fresh, values))
                 continue
         yield name, channel.taken(found.first)

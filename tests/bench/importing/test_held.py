@@ -104,6 +104,20 @@ def test_an_angle_that_starts_again_is_not_interpolated(tmp_path: Path) -> None:
     assert set(np.round(recording.si("motor_angle"), 6)) <= set(np.round(angle, 6))
 
 
+def test_a_torque_that_comes_at_other_rows_is_taken_between_its_own_values(tmp_path: Path) -> None:
+    """A sensor that is asked half a cycle after the drive, while the load swings."""
+    row = np.arange(EVERY * COUNT)
+    torque = np.random.default_rng(7).normal(size=COUNT)[row // EVERY]
+    asked = np.maximum((row + EVERY // 2) // EVERY * EVERY - EVERY // 2, 0)
+    load = np.round(100.0 * np.sin(0.03 * asked), 6)
+    builders.csv(tmp_path / "a.csv", t=row / 1000.0, M=torque, q=0.001 * (row // EVERY), T=20.0 + 0 * row, L=load)
+    channels = _CHANNELS + 'load_torque = {variable = "L", unit = "N*m"}\n'
+    recording = builders.one(tmp_path, channels).recording
+    assert recording.size == COUNT
+    swings = 100.0 * np.sin(30.0 * recording.si("time"))
+    np.testing.assert_allclose(recording.si("load_torque")[2:-2], swings[2:-2], atol=1.0)
+
+
 def test_where_a_channel_has_new_values_in_every_row_all_rows_stay(tmp_path: Path) -> None:
     _log(tmp_path)
     row = np.arange(EVERY * COUNT)
