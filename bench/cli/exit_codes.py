@@ -33,8 +33,13 @@ MEANING: dict[ExitCode, str] = {
     ExitCode.LIMIT: "refused or stopped, because a limit would be or was broken",
     ExitCode.DEVICE: "a device or the bus failed, or after STOP a bench was not seen at rest",
     ExitCode.NOT_VALID: "finished, but some points failed or some files are not valid",
-    ExitCode.NOT_WRITTEN: "the bench was stopped because a recording could not be written, for example on a full disk",
-    ExitCode.INTERRUPTED: "interrupted by the operator; the bench is at rest and the recording finished",
+    ExitCode.NOT_WRITTEN: (
+        "the bench was stopped while it moved because a recording could not be written, for example on a full disk"
+    ),
+    ExitCode.INTERRUPTED: (
+        "interrupted by the operator, or no room on the disk before a point; the bench is at rest and the recording "
+        "finished"
+    ),
 }
 
 _OF_ERROR: tuple[tuple[type[BenchError], ExitCode], ...] = (

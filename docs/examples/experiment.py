@@ -14,7 +14,7 @@ for data in recordings:  # one xarray.Dataset each, in SI units
     rms = 1e6 * float(error.std())
     print(f"{data.set_load_torque:4.0f} N·m {data.set_velocity:+.2f} rad/s: transmission error {rms:.1f} µrad RMS")
 
-model = recordings.identify(1, 3, 4, 12, 46, 92)  # the paper's orders, if none are named
+model = recordings.identify(1, 3, 4, 12, 46, 92)  # these orders; identify() takes the paper's
 model.save(Path("my-model.json"))
 report = recordings.find_mismatch("my-report", model)
 print(f"{report.verdict}: {', '.join(finding.name for finding in report.findings) or report.why}")
