@@ -23,7 +23,7 @@ from bench.simulation.laws import factor as law_factor
 from bench.simulation.states import Memory
 from bench.simulation.terms.base import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
 from bench.simulation.terms.table import LIBRARY
-from fakes.plant.drag import speeds, temperatures
+from fakes.plant.drag_table import speeds, temperatures
 from fakes.plant.errors import PlantError
 from fakes.plant.parts import Effect
 from fakes.plant.since import follow, thermometer_change

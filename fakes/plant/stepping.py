@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from fakes.plant.drag import look_up
+from fakes.plant.drag_table import look_up
 from fakes.plant.drive import report_torque, run_drive
 from fakes.plant.faults import INDEX
 from fakes.plant.heat import aim_heat, warm

@@ -9,7 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy import stats
 
-from fakes.plant.drag import look_up, speeds, temperatures
+from fakes.plant.drag_table import look_up, speeds, temperatures
 from fakes.plant.noise import normal, seed_words
 
 
