@@ -66,9 +66,9 @@ class Held:
     def rows_in_file(self, rows: slice, time: FloatArray) -> slice:
         """Rows of the log that some rows of a table were made of."""
         since = self.stamps - self.stamps[self.first[0]] + 0.5 / self.rate
-        start = 0 if rows.start == 0 else int(np.searchsorted(since, time[rows.start]))
-        stop = self.stamps.size if rows.stop >= time.size else int(np.searchsorted(since, time[rows.stop]))
-        return slice(start, stop)
+        edges = np.append(np.searchsorted(since, time), self.stamps.size)
+        edges[0] = 0
+        return slice(int(edges[min(rows.start, time.size)]), int(edges[min(rows.stop, time.size)]))
 
 
 def held(channels: Mapping[str, Channel]) -> Held | None:

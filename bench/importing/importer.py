@@ -182,8 +182,9 @@ def _bounds(entry: RecordingMapping, table: ChannelTable, file: Path) -> slice:
     stop = _row(table, entry.stop, entry.stop_s)
     rows = slice(start or 0, time.size if stop is None else min(stop, time.size) if entry.stop_s is not None else stop)
     if not rows.start + 1 < rows.stop <= time.size:
+        first, last, size = _in_file(table, rows, entry.start, entry.stop)
         raise RecordingError(
-            f"{file}: recordings.start and stop cut rows {rows.start} to {rows.stop} out of rows 0 to {time.size} "
+            f"{file}: recordings.start and stop cut rows {first} to {last} out of rows 0 to {size} "
             f"({time[-1]:.6g} s), two should be left."
         )
     return rows
@@ -282,12 +283,22 @@ def _row(table: ChannelTable, of_file: int | None, seconds: float | None) -> int
     return None if of_file is None else table.row(of_file)
 
 
+def _in_file(table: ChannelTable, rows: slice, start: int | None, stop: int | None) -> tuple[int, int, int]:
+    """First row, last row and number of rows as the mapping counts them: ``start`` and ``stop`` where it names them, or
+    else the rows of the file that some ``rows`` of the table were made of.
+    """
+    inside = table.rows_in_file(rows)
+    size = table.size if table.held is None else table.held.stamps.size
+    return inside.start if start is None else start, inside.stop if stop is None else stop, size
+
+
 def _segment(segment: SegmentMapping, table: ChannelTable, file: Path) -> Segment:
     start, stop = _row(table, segment.start, segment.start_s), _row(table, segment.stop, segment.stop_s)
     made = Segment(segment.name, start or 0, table.size if stop is None else stop)
     if not made.start < made.stop <= table.size:
+        first, last, size = _in_file(table, slice(made.start, made.stop), segment.start, segment.stop)
         raise ConfigurationError(
-            f"{file}: segment '{made.name}' would run from row {made.start} to {made.stop}, "
-            f"it should lie within rows 0 to {table.size}."
+            f"{file}: segment '{made.name}' would run from row {first} to {last}, "
+            f"it should lie within rows 0 to {size}."
         )
     return made

@@ -10,6 +10,7 @@ import h5py
 import numpy as np
 import pytest
 
+from bench.errors import ConfigurationError
 from bench.importing import Imported
 from tests.bench.importing import builders
 
@@ -66,7 +67,17 @@ def test_rows_that_the_mapping_names_are_those_of_the_file(tmp_path: Path) -> No
 
 def test_rows_beyond_the_file_are_refused_in_the_numbers_of_the_file(tmp_path: Path) -> None:
     _log(tmp_path)
-    assert "rows" in builders.why(tmp_path, _CHANNELS, entry="stop = 99999")
+    why = builders.why(tmp_path, _CHANNELS, entry="stop = 99999")
+    assert f"cut rows 0 to 99999 out of rows 0 to {EVERY * COUNT}" in why
+    why = builders.why(tmp_path, _CHANNELS, entry="start = 1600\nstop = 1604")
+    assert f"cut rows 1600 to 1604 out of rows 0 to {EVERY * COUNT}" in why
+    short = '[[recordings.segments]]\nname = "steady"\nstart = 801\nstop = 807'
+    with pytest.raises(
+        ConfigurationError, match=f"from row 801 to 807, it should lie within rows 0 to {EVERY * COUNT}"
+    ):
+        builders.run(tmp_path, _CHANNELS, entry=short)
+    why = builders.why(tmp_path, _CHANNELS, entry="start_s = 900.0")
+    assert f"cut rows {EVERY * COUNT} to {EVERY * COUNT} out of rows 0 to {EVERY * COUNT}" in why
 
 
 def test_rows_of_a_drive_that_is_late_now_and_then_are_those_of_the_file(tmp_path: Path) -> None:
