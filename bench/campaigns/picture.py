@@ -30,7 +30,7 @@ def transmission_error(recording: Recording) -> NDArray[np.float64]:
         If there is no full revolution, an angle is missing, or the ratio is not known.
     """
     ratio = recording.gearbox.ratio
-    steady = max(recording.steady(), key=lambda part: part.stop - part.start, default=None)
+    steady = recording.longest_steady()
     if steady is None or ratio is None or "load_angle" not in recording or "motor_angle" not in recording:
         raise RecordingError(f"{recording.path}: no transmission error without steady motion, both angles and a ratio")
     values = recording.read_si(["motor_angle", "load_angle"], steady.start, steady.stop)

@@ -199,6 +199,10 @@ class Recording:
         """Slices of all segments called ``steady``; what identification uses."""
         return tuple(slice(s.start, s.stop) for s in self.segments if s.name == "steady")
 
+    def longest_steady(self) -> slice | None:
+        """The longest segment called ``steady``, the first of several; None where there is none."""
+        return max(self.steady(), key=lambda part: part.stop - part.start, default=None)
+
     def raw(self, name: str, start: int = 0, stop: int | None = None) -> NDArray[Any]:
         """Read rows ``start`` to ``stop`` (exclusive) of a channel as they stand in the file."""
         return self.read_raw((name,), start, stop)[name]

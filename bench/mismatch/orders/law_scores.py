@@ -26,6 +26,13 @@ PARTED = 1.0
 """orders apart from which a revolution tells two of them apart (Rayleigh's criterion)"""
 
 
+def misfit(squares: FloatArray, revolutions: float) -> FloatArray:
+    """Negative log-likelihood of the vectors of so many revolutions by the whitened ``squares`` that are left of them,
+    noise of any size.
+    """
+    return np.asarray((revolutions + PRIOR_REVOLUTIONS) * np.log(squares + 2.0 * PRIOR_REVOLUTIONS))
+
+
 @dataclass(frozen=True, slots=True)
 class Amplitudes:
     """Vectors (revolutions, orders) of the series' orders in the training revolutions, noise of a component, states,

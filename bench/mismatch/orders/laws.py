@@ -17,12 +17,12 @@ from scipy.linalg import solve_triangular
 from bench.mismatch import criteria
 from bench.mismatch.orders import modes
 from bench.mismatch.orders.law_scores import (
-    PRIOR_REVOLUTIONS,
     Amplitudes,
     amplitudes,
     changes_of,
     course,
     factors,
+    misfit,
     resonances,
     scores,
     stacked,
@@ -94,13 +94,9 @@ def search(model: TransmissionModel, seed: int) -> FoundLaw | None:
         if model.periodic is not None and all(law.effect != RESONANCE for law in model.periodic.laws):
             moved = modes.of_each(data)
         if moved is not None and moved.gain > criteria.RICHER:
-            swung = _swung(model, data, moved)
-            better = moved.gain > max(gain, gain_of[RESONANCE]) + criteria.RICHER
-            if swung is not None and (better or _leaves_less(data, swung, mode)):
-                if moved.gain > gain_of[RESONANCE]:
-                    gain_of[RESONANCE], each[RESONANCE] = moved.gain, moved.each
-            else:
-                swung = None
+            swung = _rather_than(mode, max(gain, gain_of[RESONANCE]), moved, model, data)
+            if swung is not None and moved.gain > gain_of[RESONANCE]:
+                gain_of[RESONANCE], each[RESONANCE] = moved.gain, moved.each
     effect = max(gain_of, key=lambda e: gain_of[e])
     std: tuple[float, ...] = ()
     if swung is not None and effect == RESONANCE:
@@ -132,6 +128,19 @@ def _swung(model: TransmissionModel, data: Amplitudes, moved: modes.Moved) -> tu
     return (law, series, std) if len(law.orders) >= FEWEST_MOVED else None
 
 
+def _rather_than(
+    mode: modes.Mode | None, gain: float, moved: modes.Moved, model: TransmissionModel, data: Amplitudes
+) -> tuple[Law, Series, FloatArray] | None:
+    """What :func:`_swung` says of a mode that each order moves, where it gains more than the ``gain`` of a ``mode`` of
+    one participation, or leaves less; else None.
+    """
+    better = moved.gain > gain + criteria.RICHER
+    if not better and mode is None:
+        return None
+    swung = _swung(model, data, moved)
+    return swung if swung is None or better or _leaves_less(data, swung, mode) else None
+
+
 def _leaves_less(data: Amplitudes, swung: tuple[Law, Series, FloatArray], mode: modes.Mode | None) -> bool:
     """Whether strengths of each order leave less of the vectors than one participation of all, by more than their
     numbers cost (BIC), each beside a series calibrated under it. Before that is calibrated one participation says more
@@ -148,9 +157,7 @@ def _leaves_less(data: Amplitudes, swung: tuple[Law, Series, FloatArray], mode: 
 def _misfit(data: Amplitudes, law: Law, series: Series) -> float:
     """Negative log-likelihood of the vectors if they are a calibrated series under a law, noise of any size."""
     said = series.vectors(data.x, data.direction) * factor(law, data.x, data.time, data.orders)
-    squares = np.sum(np.abs((data.vectors - said) / data.sigma) ** 2, axis=0)
-    prior = 2.0 * PRIOR_REVOLUTIONS
-    return float(np.sum((len(data.time) + PRIOR_REVOLUTIONS) * np.log(squares + prior)))
+    return float(np.sum(misfit(np.sum(np.abs((data.vectors - said) / data.sigma) ** 2, axis=0), len(data.time))))
 
 
 def _driven(data: Amplitudes, quantity: str) -> bool:

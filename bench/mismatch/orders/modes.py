@@ -16,7 +16,15 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from bench.mismatch import criteria
-from bench.mismatch.orders.law_scores import PRIOR_REVOLUTIONS, Amplitudes, resonances, stacked, tangent, unusual
+from bench.mismatch.orders.law_scores import (
+    PRIOR_REVOLUTIONS,
+    Amplitudes,
+    misfit,
+    resonances,
+    stacked,
+    tangent,
+    unusual,
+)
 from bench.mismatch.orders.lowest import lowest
 from bench.mismatch.orders.model import TransmissionModel, calibrated_by
 from bench.mismatch.orders.revolutions import Complex
@@ -129,8 +137,7 @@ def _smoothness(data: Amplitudes, answer: Complex) -> FloatArray:
         covariance[:, np.arange(len(basis)), np.arange(len(basis))] += noise.T
         lower = np.linalg.cholesky(covariance)
         z = np.linalg.solve(lower, before[on_side].T[:, :, None])[:, :, 0]
-        prior = 2.0 * PRIOR_REVOLUTIONS
-        out -= (len(basis) + PRIOR_REVOLUTIONS) * np.log(np.sum(np.abs(z) ** 2, axis=1) + prior)
+        out -= misfit(np.sum(np.abs(z) ** 2, axis=1), len(basis))
         out -= 2.0 * np.sum(np.log(np.diagonal(lower, axis1=1, axis2=2)), axis=1)
     return np.asarray(out)
 
@@ -158,7 +165,7 @@ class _Freedom:
         variance = np.concatenate([sigma / np.abs(answer)] * 2) ** 2
         lower = np.linalg.cholesky(self.covariance + np.diag(variance))
         z = solve_triangular(lower, stacked(vectors / answer - self.centre), lower=True)
-        squares = 0.5 * (z.size + 2.0 * PRIOR_REVOLUTIONS) * np.log(float(z @ z) + 2.0 * PRIOR_REVOLUTIONS)
+        squares = float(misfit(z @ z, 0.5 * z.size))
         return float(squares + np.sum(np.log(np.diag(lower))) + 2.0 * np.sum(np.log(np.abs(answer))))
 
 

@@ -10,7 +10,6 @@ from bench.mismatch import criteria
 from bench.mismatch.recordings.output_orders import OutputSpectrum
 from bench.mismatch.recordings.pieces import WELL_CUT_S, Piece, counted
 from bench.mismatch.recordings.prepared import Folder
-from bench.mismatch.recordings.resolution import unresolved
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.recordings.vibration import Density, ShaftSpectrum
 from bench.recording import Recording
@@ -54,6 +53,8 @@ class Dataset:
     """distance run before each recording in this campaign, rad at the output, by the recording's path"""
     simulated: frozenset[str] = frozenset()
     """channels that a simulation from elsewhere predicts; they hold what it leaves"""
+    unresolved: float = 0.0
+    """what rounding leaves of the load motor's reported torque where the load is kept, N·m"""
 
     @property
     def gearbox(self) -> Gearbox:
@@ -86,11 +87,6 @@ class Dataset:
     def present(self) -> frozenset[str]:
         """Channels that some recording has."""
         return frozenset(name for m in self.members for name in m.recording.channels)
-
-    @property
-    def unresolved(self) -> float:
-        """What rounding leaves of the load motor's reported torque where the load is kept, N·m."""
-        return unresolved([m.recording for m in self.members], "load_motor_torque")
 
     def held_out(self) -> set[int]:
         """Indices of the recordings that are scored and never fitted."""

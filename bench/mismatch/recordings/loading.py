@@ -19,10 +19,11 @@ from bench.mismatch.recordings.motion import Manner, slowly
 from bench.mismatch.recordings.notch import ripple_orders
 from bench.mismatch.recordings.pieces import Piece, pieces
 from bench.mismatch.recordings.prepared import Folder, prepare
+from bench.mismatch.recordings.resolution import unresolved
 from bench.mismatch.recordings.source import Paths, folders_of, gathered, names_of, of_one_campaign
 from bench.mismatch.recordings.split import load_step, none_spared, point_of, split, split_blocks
 from bench.recording import Recording
-from bench.simulation.terms import MOTOR_TORQUE, TRANSMISSION_ERROR
+from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TRANSMISSION_ERROR
 
 Progress = Callable[[str, float], None]
 SAMPLES_A_PROCESS = 8_000_000
@@ -112,6 +113,8 @@ def load(path: Paths, progress: Progress | None = None, jobs: int = 1, base: Bas
                 "validation points that lie farther from the fitted recordings, in the polynomials of load, speed and"
                 f" temperature, than any of these does: fitted and not held out: {', '.join(beyond)}"
             )
+    if LOAD_TORQUE in data.rows:
+        data.unresolved = unresolved([m.recording for m in data.members], "load_motor_torque")
     if MOTOR_TORQUE in data.rows:
         notes += slowly(data.rows[MOTOR_TORQUE].frame, folder.manner.standstill)
     give_back()

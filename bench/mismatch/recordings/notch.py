@@ -58,9 +58,9 @@ def ripple_orders(recordings: Sequence[Recording]) -> tuple[float, ...]:
     levels: list[float] = []
     shaken: list[Complex] = []
     highest = 12 * MOST_POLE_PAIRS + 2 * _NEIGHBOURS
-    steady = [r for r in recordings if {"load_torque", "load_angle"} <= set(r.specs) and r.steady()]
-    for recording in steady[:: max(1, len(steady) // _LOOKED_AT)]:
-        part = max(recording.steady(), key=lambda s: s.stop - s.start)
+    having = [r for r in recordings if {"load_torque", "load_angle"} <= set(r.specs)]
+    steady = [(r, part) for r in having if (part := r.longest_steady()) is not None]
+    for recording, part in steady[:: max(1, len(steady) // _LOOKED_AT)]:
         names = [n for n in ("load_angle", "load_torque", "motor_angle") if n in recording.specs]
         values = recording.read_si(names, part.start, part.stop)
         angle, torque = values["load_angle"], values["load_torque"]

@@ -25,14 +25,14 @@ def unresolved(recordings: Sequence[Recording], channel: str) -> float:
     2008, ch. 5: the first harmonic of the rounding error's mean). What is seen of a small σ is rounded itself: then
     rather more is told than is left.
     """
-    steady = [r for r in recordings if channel in r.specs and r.steady()]
+    having = [r for r in recordings if channel in r.specs]
+    steady = [(r, part) for r in having if (part := r.longest_steady()) is not None]
     left = []
-    for recording in steady[:: max(1, len(steady) // _LOOKED_AT)]:
+    for recording, part in steady[:: max(1, len(steady) // _LOOKED_AT)]:
         spec = recording.specs[channel]
         if not np.issubdtype(np.dtype(spec.dtype), np.integer):
             continue
-        part = max(recording.steady(), key=lambda s: s.stop - s.start)
-        codes = np.asarray(recording.raw(channel)[part.start : part.stop], dtype=np.float64)
+        codes = np.asarray(recording.raw(channel, part.start, part.stop), dtype=np.float64)
         noise = max(float(np.var(codes)) - 1.0 / 12.0, 0.0)
         left.append(abs(spec.scale) / np.sqrt(12.0) * float(np.exp(-2.0 * np.pi**2 * noise)))
     return float(np.median(left)) if left else 0.0

@@ -43,3 +43,7 @@ class Calibration:
         if not self.normal.size:
             return np.zeros(values.size)
         return np.asarray(self.columns @ np.linalg.solve(self.normal, self.columns.T @ (values * self.weight**2)))
+
+    def beyond(self, values: FloatArray) -> FloatArray:
+        """The part of ``values`` (n,) that the terms cannot explain."""
+        return np.asarray(values - self.projected(values))

@@ -221,17 +221,15 @@ def _within_forms(search: Search, chosen: Sequence[Chosen], one: Chosen, names: 
     if not names:
         return False
     model = search.model
-    train, frame = model.problem.train, model.problem.rows.frame
+    rows, train = model.problem.rows, model.problem.train
     fitted = model.refitted(chosen)
 
-    def beyond(effect: Chosen) -> FloatArray:
-        course = model.contribution(effect, frame, fitted)[train]
-        return np.asarray((course - model.calibration.projected(course)) ** 2)
+    def energy_of(effect: Chosen) -> FloatArray:
+        course = model.contribution(effect, rows.frame, fitted)[train]
+        return np.asarray(model.calibration.beyond(course) ** 2 * rows.number[train])
 
-    energy = beyond(one) * model.problem.rows.number[train]
-    allowed = (
-        (FORM_ERRORS * criteria.SHAPE) ** 2 * sum(beyond(name) for name in names) * model.problem.rows.number[train]
-    )
+    energy = energy_of(one)
+    allowed = (FORM_ERRORS * criteria.SHAPE) ** 2 * sum(energy_of(name) for name in names)
     return float(np.maximum(energy - allowed, 0.0).sum()) < criteria.EITHER * float(energy.sum())
 
 

@@ -40,7 +40,7 @@ def strength(model: ChannelModel, candidate: Chosen) -> Strength:
     train = problem.train
     fitted = fit_blocks(model.bank, model.blocks([*model.chosen, candidate]), model.variances)
     course = model.contribution(candidate, problem.rows.frame, fitted)[train]
-    return size_of(model, course - model.calibration.projected(course))
+    return size_of(model, model.calibration.beyond(course))
 
 
 def added(model: ChannelModel, candidate: Chosen) -> Strength:
@@ -77,7 +77,7 @@ def trusted(model: ChannelModel) -> float:
         capacity = 1.0 / max(float(model.fit.of(heating.indices)[0][0]), 1e-300)
         rate = criteria.TRANSDUCER * _largest(frame.torque, problem.usable) * np.abs(frame.velocity) / capacity
         course = integral(rate, frame)[problem.train]
-        return active_size(course - model.calibration.projected(course), problem.rows.number[problem.train])
+        return active_size(model.calibration.beyond(course), problem.rows.number[problem.train])
     values = {LOAD_TORQUE: frame.torque, MOTOR_TORQUE: frame.motor_torque}.get(problem.channel)
     if values is None:
         return 0.0

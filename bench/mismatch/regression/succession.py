@@ -215,7 +215,7 @@ def _less_than_its_correction(model: ChannelModel) -> Chosen | None:
     def size(block: Block) -> float:
         rows, train = model.problem.rows, model.problem.train
         course = sum_of_blocks([block], model.fit, rows.frame)[train]
-        return active_size(course - model.calibration.projected(course), rows.number[train])
+        return active_size(model.calibration.beyond(course), rows.number[train])
 
     shaped = ((c, c.shape) for c in model.chosen if c.shape is not None and not c.nominal)
     return next((c for c, shape in shaped if size(shape) > size(c.main)), None)

@@ -134,7 +134,8 @@ def revolution(path: Path) -> dict[str, Any]:
 
     recording = Recording.open(path)
     error = transmission_error(recording)
-    steady = max(recording.steady(), key=lambda part: part.stop - part.start)
+    steady = recording.longest_steady()
+    assert steady is not None  # it has a transmission error
     names = [name for name in ("load_torque", "motor_velocity", "motor_torque", "temperature") if name in recording]
     values = recording.read_si(names, steady.start, steady.stop)
     ratio = recording.gearbox.ratio or 1.0
