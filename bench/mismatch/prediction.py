@@ -38,12 +38,14 @@ from bench.mismatch.recordings.prepared import Folder, Prepared, prepare
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.recordings.source import of_one_campaign
 from bench.mismatch.regression.problem import CHANNELS, fixed_part, nominal_base
-from bench.mismatch.regression.regressors import Named, remembers
+from bench.mismatch.regression.regressors import Free, Named, Regressor, remembers
 from bench.mismatch.series_given import periodic_part, slope
+from bench.mismatch.unnamed.formula_regressor import Equation
 from bench.recording import Recording
 from bench.simulation import waves
 from bench.simulation.frame import FloatArray, Frame, concatenate, gone_through, recording_starts
 from bench.simulation.model import Simulation
+from bench.simulation.quantities import REMEMBERED, kind_of, quantity
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
 
 SLIGHT = 1e-12
@@ -174,6 +176,10 @@ def evaluated(known: Known, frame: Frame, campaign: Frame | None) -> FloatArray:
     if term is None and not np.isin(frame.recording, campaign.recording).all():
         # of a recording aside: functions of states go through it, and everything else is asked of it there
         campaign = gone_through(campaign)
+    if isinstance(known.regressor, Free | Equation) and known.regressor.channel != TEMPERATURE:
+        gone_through_it = np.isin(frame.recording, campaign.recording)
+        columns = known.regressor.columns(_with_states(known.regressor, frame, campaign))
+        return np.where(gone_through_it, columns @ known.coefficients, 0.0)
     jumps = term is not None and term.form.jumps
     values = np.zeros(0) if jumps else known.regressor.columns(campaign) @ known.coefficients
     starts = recording_starts(frame)
@@ -186,6 +192,18 @@ def evaluated(known: Known, frame: Frame, campaign: Frame | None) -> FloatArray:
         elif rows.size:
             out[a:b] = np.interp(frame.time[a:b], campaign.time[rows], values[rows])
     return out
+
+
+def _with_states(regressor: Regressor, frame: Frame, campaign: Frame) -> Frame:
+    """A frame that holds the states a function of them depends on, as they run through the ``campaign``."""
+    states = {name: quantity(name, campaign) for name in regressor.variables if kind_of(name) in REMEMBERED}
+    held = {name: np.zeros(frame.size) for name in states}
+    for a, b in itertools.pairwise(recording_starts(frame)):
+        rows = np.flatnonzero(campaign.recording == frame.recording[a])
+        for name, values in states.items():
+            if rows.size:
+                held[name][a:b] = np.interp(frame.time[a:b], campaign.time[rows], values[rows])
+    return replace(frame, aux={**frame.aux, **held})
 
 
 def corrected(frame: Frame, known: Sequence[Known], campaign: Frame | None = None) -> Frame:

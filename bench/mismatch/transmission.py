@@ -12,9 +12,11 @@ from bench.mismatch import criteria
 from bench.mismatch.discovery import ChannelOutcome
 from bench.mismatch.given import Given
 from bench.mismatch.orders import model as orders
+from bench.mismatch.orders import remembered
 from bench.mismatch.orders.misread import torque_check
 from bench.mismatch.orders.model import KnownOffset, TransmissionModel, misleading
 from bench.mismatch.orders.of_motor import multiples
+from bench.mismatch.orders.periodic import Periodic
 from bench.mismatch.orders.reaction import reaction_of
 from bench.mismatch.orders.shaft import PHASES
 from bench.mismatch.orders.sight import known_orders
@@ -59,16 +61,35 @@ class Task:
     seed: int
 
     def searched(self) -> tuple[TransmissionModel, ChannelOutcome]:
-        """The model and its outcome. What the offset does inside revolutions, and a tone, are taken off before orders
-        are looked for, where they may have made some.
+        """The model and its outcome. What the offset does inside revolutions, a tone, and orders that follow a state,
+        are taken off before orders are looked for, where they may have made some.
         """
+        model, outcome = self._beside_a_tone()
+        found = remembered.search(model, self.seed)
+        if found is None:
+            return model, outcome
+        added = found.evaluate(self.rows.frame)
+        _close(model)
+        less = replace(self, rows=replace(self.rows, y=self.rows.y - added))
+        again, other = less._beside_a_tone()
+        beyond = added + _given_orders(again) - _given_orders(model)
+        told = remembered.as_discovery(again, found, beyond)
+        if told is None or not _leaves_less(other, outcome):
+            _close(again)
+            return model, outcome
+        other.rows = replace(other.rows, y=other.rows.y + added)
+        other.whole = other.whole + added
+        other.discoveries.append(told)
+        return again, other
+
+    def _beside_a_tone(self) -> tuple[TransmissionModel, ChannelOutcome]:
+        """The model and its outcome, without the orders that a tone has made."""
         model, outcome, tone = self._beside_its_offset()
         doubtful = () if tone is None else made_by_tone(model, tone)
         if tone is None or not doubtful:
             return model, outcome
         taken = tone_on_rows(model, tone, doubtful)
-        assert model.offset is not None
-        model.offset.close()
+        _close(model)
         model, outcome, _ = self._once(taken, model.known)
         held = orders_of(model)
         gone = [f for f in doubtful if min((abs(f - g) for g in held), default=np.inf) > APART]
@@ -97,8 +118,7 @@ class Task:
             before, known = best[0].known, misleading(best[0])
             if known is None or (before is not None and known.states == before.states):
                 return best
-            assert best[0].offset is not None
-            best[0].offset.close()
+            _close(best[0])
             again = self._once(known=known)
             if not _leaves_less(again[1], best[1]):
                 return best
@@ -160,6 +180,19 @@ class Task:
         model.torque_check = torque_check(
             seen, model.revolutions, fitted, data.shaft, ratio, (reaction.share, reaction.std), found
         )
+
+
+def _given_orders(model: TransmissionModel) -> FloatArray:
+    """What the orders of the simulation add at the rows of a model (n,), as calibrated there."""
+    if model.plain is None:
+        return np.zeros(model.rows.size)
+    return Periodic(model.plain, laws=model.given.laws).evaluate(model.rows.frame)
+
+
+def _close(model: TransmissionModel) -> None:
+    """Give back what the search of a model's offset holds."""
+    assert model.offset is not None
+    model.offset.close()
 
 
 def _leaves_less(one: ChannelOutcome, other: ChannelOutcome) -> bool:

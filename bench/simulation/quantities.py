@@ -58,6 +58,13 @@ def _above_last(words: str, seconds: float) -> Quantity:
     return Quantity(label, "K", lambda f: f.temperature - through(_temperature, f, lagged))
 
 
+def _risen(seconds: float) -> Quantity:
+    """The temperature above its own, lagged: what warms more slowly than the gearbox, or from one side, is behind."""
+    lagged = partial(campaign_lag, constant=seconds)
+    label = f"temperature above its own, lagged by {seconds:g} s"
+    return Quantity(label, "K", lambda f: f.temperature - through(_temperature, f, lagged))
+
+
 def _recent(words: str, unit: str, values: Callable[[Frame], FloatArray], seconds: float) -> Quantity:
     """What was driven, as a state that follows it with a time constant remembers it."""
     lagged = partial(campaign_lag, constant=seconds)
@@ -112,6 +119,7 @@ class _Kind:
 
 _KINDS: dict[str, _Kind] = {
     **{kind: _Kind(partial(_recent, *driven), STATE_TIMES_S) for kind, driven in _DRIVEN.items()},
+    "risen": _Kind(_risen, STATE_TIMES_S),
     "taken_along": _Kind(_taken_along, STATE_REACHES, "mrad", 1000.0),
     "impulse": _Kind(_impulse, STATE_IMPULSES, "Nms"),
 }
@@ -184,6 +192,7 @@ QUANTITIES: dict[str, Quantity] = _Known(
         "time": Quantity("time", "s", lambda f: f.time),
         "travel": Quantity("distance run", "rad", lambda f: f.travel),
         "angle": Quantity("output angle", "rad", lambda f: np.mod(f.q, 2.0 * np.pi)),
+        "input_angle": Quantity("input angle over the ratio", "rad", lambda f: np.mod(f.theta, 2.0 * np.pi)),
         "since_reversal": Quantity(
             "distance since start or reversal", "log10 rad", lambda f: np.log10(f.reversal_travel + SHORTEST_TRAVEL)
         ),
@@ -254,7 +263,9 @@ FACTOR_OF: dict[str, str] = {
 
 
 def quantity(name: str, frame: Frame) -> FloatArray:
-    """Values (n,) of a quantity. Raises ConfigurationError where there is none of that name."""
+    """Values (n,) of a quantity; one with a state as the frame holds it, where it does. Raises ConfigurationError where
+    there is none of that name.
+    """
     if name.startswith(AUXILIARY):
         plain = name.removeprefix(AUXILIARY)
         made = None if plain in frame.aux else composed(plain, frame)
@@ -263,6 +274,8 @@ def quantity(name: str, frame: Frame) -> FloatArray:
         if plain not in frame.aux:
             raise ConfigurationError(f"the recordings have no quantity '{name}', which the simulation depends on")
         return frame.aux[plain]
+    if kind_of(name) in REMEMBERED and name in frame.aux:
+        return frame.aux[name]
     if name not in QUANTITIES:
         states = [state_named("recent_speed", 50.0), state_named("taken_along", 0.02), state_named("impulse", 600.0)]
         raise ConfigurationError(

@@ -112,7 +112,9 @@ def variable(name: str, linear: bool = False) -> Variable:
         known = VARIABLES[name]
     if known is None:
         label = f"{QUANTITIES[name].label} / {QUANTITIES[name].unit}" if name in QUANTITIES else name
-        words = "depending on the motion and load before" if state_of(name) is not None else ""
+        state = state_of(name)
+        before = "temperature" if state is not None and state[0] == "risen" else "motion and load"
+        words = f"depending on the {before} before" if state is not None else ""
         known = Variable("", label, lambda f: quantity(name, f), words=words)
     return replace(known, axis=in_metres(known.axis)) if linear else known
 

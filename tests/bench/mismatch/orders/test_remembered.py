@@ -1,0 +1,102 @@
+"""Orders that follow a state which is not recorded: found with the state and its time, and in noise not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bench.mismatch.orders import remembered
+from bench.mismatch.orders.periodic import Periodic
+from bench.mismatch.orders.revolutions import Revolution
+from bench.mismatch.orders.series import calibrate
+from bench.simulation.frame import FloatArray, recording_starts
+from bench.simulation.laws import Law
+from bench.simulation.quantities import quantity, state_of
+from tests.bench.mismatch.regression.synthetic import campaign
+
+ORDERS = (1.0, 3.0, 19.0, 46.0)
+NOISE = 5e-8
+FRAME = campaign(48, seed=4)
+# warm-ups and rests between the recordings, more quickly than a state of some minutes follows
+FRAME = replace(FRAME, time=150.0 * FRAME.recording + FRAME.elapsed)
+STARTS = recording_starts(FRAME)
+REVOLUTIONS = [
+    Revolution(
+        k,
+        slice(int(a), int(b)),
+        float(FRAME.torque[a]),
+        float(FRAME.velocity[a]),
+        float(FRAME.temperature[a]),
+        float(np.mean(FRAME.time[a:b])),
+        float(FRAME.direction[a]),
+        1.0,
+        30.0,
+    )
+    for k, (a, b) in enumerate(pairwise(STARTS))
+]
+
+
+@dataclass
+class Model:
+    """What the search asks of a model of the transmission error."""
+
+    seen: Any
+    periodic: Periodic
+    train: Any
+    rows: Any
+    training_revolutions: Any
+    given: Any
+
+
+def model(state: FloatArray, size: float, laws: tuple[Law, ...] = ()) -> Any:
+    """Four orders at a constant size, the first of which has a part that follows a ``state`` (n,)."""
+    rng = np.random.default_rng(2)
+    shape = (len(REVOLUTIONS), len(ORDERS))
+    vectors = 3e-6 * np.exp(2j * np.pi * rng.random(len(ORDERS))) + np.zeros(shape)
+    vectors[:, 0] += size * np.exp(0.7j) * np.array([state[t.rows].mean() for t in REVOLUTIONS])
+    vectors += NOISE * (rng.normal(size=shape) + 1j * rng.normal(size=shape))
+    noise = np.full(shape, NOISE)
+    series = calibrate(REVOLUTIONS, vectors, noise, ORDERS)
+    seen = SimpleNamespace(orders=ORDERS, vectors=vectors, noise=lambda orders: np.full((shape[0], len(orders)), NOISE))
+    rows, given = SimpleNamespace(frame=FRAME), SimpleNamespace(notch=(), laws=())
+    return Model(seen, Periodic(series, laws=laws), np.ones(shape[0], dtype=bool), rows, REVOLUTIONS, given)
+
+
+@pytest.mark.parametrize("name", ["risen_350s", "recent_torque_400s"])
+def test_an_order_that_follows_a_state_is_found_with_its_time(name: str) -> None:
+    values = quantity(name, FRAME)
+    size = 4e-7 / float(np.std(values))
+    found = remembered.search(model(values, size), 0)
+    assert found is not None
+    assert found.orders == (1.0,)
+    state, wanted = state_of(found.state), state_of(name)
+    assert state is not None
+    assert wanted is not None
+    assert state[0] == wanted[0]
+    assert state[1] == pytest.approx(wanted[1], rel=0.2)
+    # standard deviations are those of a component; a time constant a little off is part of the error
+    assert abs(found.vectors[0] - size * np.exp(0.7j)) < max(4.0 * found.std[0], 0.1 * size)
+    angle = np.mod(FRAME.theta, 2.0 * np.pi)
+    told = found.vectors[0].real * np.sin(angle) + found.vectors[0].imag * np.cos(angle)
+    assert found.evaluate(FRAME) == pytest.approx(told * quantity(found.state, FRAME), abs=1e-12)
+
+
+def test_orders_that_follow_nothing_are_left_alone() -> None:
+    assert remembered.search(model(np.zeros(FRAME.size), 0.0), 0) is None
+
+
+def test_orders_that_scatter_follow_nothing() -> None:
+    """Noise is drawn as large as it is seen: what scatters follows one state or another by chance."""
+    scatter = np.random.default_rng(9).normal(size=len(REVOLUTIONS))[FRAME.recording]
+    assert remembered.search(model(scatter, 4e-7), 0) is None
+
+
+def test_a_law_that_gains_more_stays() -> None:
+    values = quantity("risen_350s", FRAME)
+    law = Law("te.temperature_nonlinear", "exponential", (5.0,), 1e4, ORDERS[:1], np.array([0.0j]), series=ORDERS[:1])
+    assert remembered.search(model(values, 4e-7 / float(np.std(values)), (law,)), 0) is None
