@@ -13,6 +13,11 @@ def _gain(frame: Frame, _: Point) -> FloatArray:
     return columns(frame.torque / frame.ratio)
 
 
+def _warming(frame: Frame, _: Point) -> FloatArray:
+    load = frame.torque / frame.ratio
+    return columns(load, load * (frame.temperature - 25.0))
+
+
 def _drags(frame: Frame) -> tuple[Point, ...]:
     largest = top(frame.torque) / frame.ratio
     return tuple((share * largest,) for share in (0.03, 0.1, 0.25, 0.6))
@@ -56,6 +61,7 @@ def _limited(frame: Frame, point: Point) -> FloatArray:
 MOST = 4.0
 """largest gain error that is possible; with it a limit takes 1 + g of the torque beyond it"""
 G = Symbol("g", "1", "gain error of the reported torque", -0.9, MOST)
+G_T = Symbol("g_T", "1/K", "change of the gain per kelvin: magnets weaken as they warm")
 S2 = Symbol("s_2", "1/(N*m)", "saturation, quadratic")
 S3 = Symbol("s_3", "1/(N*m)^2", "saturation, cubic")
 LIMITED = Symbol("s", "1", "how much of what a limit takes is taken", 0.0, 1.0 + MOST)
@@ -67,12 +73,20 @@ VISCOUS = Symbol("v_d", "N*m*s/rad", "the same, in proportion to the speed", 0.0
 TERM = Term(
     effect="motor.torque_constant",
     name="gain error or saturation of the reported motor torque",
-    equation="tau_m += g*x (+ s_2*x*abs(x) or s_3*x**3, or what a limit takes), x = tau/u + d*tau_d",
+    equation="tau_m += g*x (+ g_T*(T - 25 degC)*x, s_2*x*abs(x), s_3*x**3, or what a limit takes), x = tau/u + d*tau_d",
     reference="Krishnan, Permanent Magnet Synchronous and Brushless DC Motor Drives, CRC 2009, ch. 2",
     where="motor_torque in proportion to the load, without a trace in load_torque",
     forms={
         MOTOR_TORQUE: (
             Form("gain", _gain, (G,), equation="tau_m += g*tau/u"),
+            Form(
+                "temperature",
+                _warming,
+                (G, G_T),
+                shape=(("temperature", "tau"),),
+                equation="tau_m += (g + g_T*(T - 25 degC))*tau/u",
+                variables=("torque", "temperature"),
+            ),
             Form(
                 "saturation",
                 _saturation,
