@@ -162,6 +162,8 @@ class ChannelOutcome:
     """
     levels: float = 0.0
     """variance of the recordings' levels that the fit gives their offsets, in squares of the unit"""
+    scattering: tuple[tuple[float, ...], float] = ((), 0.0)
+    """orders that scatter more than noise about the model, and the mean square of that, in squares of the unit"""
 
     @property
     def settled(self) -> float | None:

@@ -14,6 +14,7 @@ from bench.mismatch.orders.beyond_orders import beyond_orders
 from bench.mismatch.orders.discoveries import discoveries as of_orders
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.periodic import Periodic
+from bench.mismatch.orders.scattering import scattering
 from bench.mismatch.recordings.beginning import at_start, risen
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.vibration import Density
@@ -132,6 +133,7 @@ def of_transmission(model: TransmissionModel, data: Dataset, seed: int, formulas
         outcome.doubt = float(np.mean(model.periodic.series.variance(x, part.last_direction)))
         outcome.doubt += uncertainty(offset_model, frame, outcome.held_out, model.rows.number)
     outcome.levels = offset_model.fit.variance
+    outcome.scattering = scattering(model)
     outcome.discoveries += found
     left = model.rows.y - periodic
     told = of_regression(offset, slots, level, model.compared, frame, left)

@@ -138,11 +138,18 @@ def _whole(discovery: Discovery, outcome: ChannelOutcome) -> Discovery:
 
 
 def _orders(outcome: ChannelOutcome, left: FloatArray) -> tuple[float, ...]:
-    """Orders of the output shaft that what is left (n,) of the transmission error is made of, where it is."""
+    """Orders of the output shaft that what is left (n,) of the transmission error is made of, where it is: that hold
+    nine tenths of it, or that scatter from one revolution to another by most of it.
+    """
     if outcome.channel != TRANSMISSION_ERROR:
         return ()
     frame, number = outcome.rows.frame, np.where(outcome.usable, outcome.rows.number, 0.0)
-    return windows.orders_of_each(frame.theta, left, number, frame.recording)
+    whole = windows.orders_of_each(frame.theta, left, number, frame.recording)
+    orders, square = outcome.scattering
+    if whole or not number.any():
+        return whole
+    beyond = float(np.average(left**2, weights=number)) - outcome.floor**2
+    return orders if square > criteria.EITHER * beyond > 0.0 else ()
 
 
 def _much(outcome: ChannelOutcome, after: float | None) -> bool:

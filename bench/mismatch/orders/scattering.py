@@ -1,0 +1,38 @@
+"""Orders of the series whose vectors scatter more than noise about all that the model says of them: something moves
+them that nothing recorded tells.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.stats import f as fisher
+
+from bench.mismatch import criteria
+from bench.mismatch.orders.law_scores import PRIOR_REVOLUTIONS, amplitudes, whitened
+from bench.mismatch.orders.model import TransmissionModel
+
+HELD = 0.9
+"""share of what scatters that the orders told of hold"""
+
+
+def scattering(model: TransmissionModel) -> tuple[tuple[float, ...], float]:
+    """Orders that scatter, those with nine tenths of it, the strongest first; and the mean square of all such, rad².
+
+    The noise of an order is known from its neighbours as well as so many revolutions would tell it, which leaves the
+    ratio of what is seen to it an F distribution.
+    """
+    data = amplitudes(model)
+    if data is None:
+        return (), 0.0
+    left = whitened(data)[1]
+    ratio = np.mean(left**2, axis=1)
+    chance = fisher.sf(ratio, left.shape[1], 2.0 * PRIOR_REVOLUTIONS)
+    rare = data.regular & (chance < criteria.ERROR_RATE_OF_A_CHANNEL / len(data.orders))
+    # a wave b*sin + a*cos has half of |b + j*a|² as its mean square: the variance of a component
+    square = np.where(rare, (ratio - 1.0) * np.median(data.sigma, axis=0) ** 2, 0.0)
+    order = np.argsort(-square)
+    total = float(square.sum())
+    if total == 0.0:
+        return (), 0.0
+    enough = int(np.searchsorted(np.cumsum(square[order]), HELD * total)) + 1
+    return tuple(float(data.orders[k]) for k in order[:enough]), total
