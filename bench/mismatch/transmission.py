@@ -9,10 +9,10 @@ from functools import partial
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.discovery import ChannelOutcome
+from bench.mismatch.discovery import ChannelOutcome, Discovery
 from bench.mismatch.given import Given
+from bench.mismatch.orders import following
 from bench.mismatch.orders import model as orders
-from bench.mismatch.orders import remembered
 from bench.mismatch.orders.misread import torque_check
 from bench.mismatch.orders.model import KnownOffset, TransmissionModel, misleading
 from bench.mismatch.orders.of_motor import multiples
@@ -32,10 +32,12 @@ from bench.mismatch.unnamed.structure import examine, look_for_tone
 from bench.mismatch.unnamed.tones import Tone
 from bench.simulation import waves
 from bench.simulation.frame import FloatArray
+from bench.simulation.quantities import STATES
 from bench.simulation.terms import MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
 
 APART = 0.5
 """orders by which one is another order"""
+HARMONIC = "te.harmonic"
 SETTLES = 0.5
 """of the energy that an offset moved by inside revolutions in one turn, what it moves by in the next at most where
 orders and offset, found in turns, settle: a play that a torque crosses moved by a hundredth each time
@@ -61,11 +63,11 @@ class Task:
     seed: int
 
     def searched(self) -> tuple[TransmissionModel, ChannelOutcome]:
-        """The model and its outcome. What the offset does inside revolutions, a tone, and orders that follow a state,
-        are taken off before orders are looked for, where they may have made some.
+        """The model and its outcome. What the offset does inside revolutions, a tone, and parts of orders that follow
+        something, are taken off before orders are looked for, where they may have made some.
         """
         model, outcome = self._beside_a_tone()
-        found = remembered.search(model, self.seed)
+        found = following.search(model, self.seed)
         if found is None:
             return model, outcome
         added = found.evaluate(self.rows.frame)
@@ -73,13 +75,13 @@ class Task:
         less = replace(self, rows=replace(self.rows, y=self.rows.y - added))
         again, other = less._beside_a_tone()
         beyond = added + _given_orders(again) - _given_orders(model)
-        told = remembered.as_discovery(again, found, beyond)
+        told = following.as_discovery(again, found, beyond)
         if told is None or not _leaves_less(other, outcome):
             _close(again)
             return model, outcome
         other.rows = replace(other.rows, y=other.rows.y + added)
         other.whole = other.whole + added
-        other.discoveries.append(told)
+        _put(told, found.course.of in STATES, other)
         return again, other
 
     def _beside_a_tone(self) -> tuple[TransmissionModel, ChannelOutcome]:
@@ -187,6 +189,25 @@ def _given_orders(model: TransmissionModel) -> FloatArray:
     if model.plain is None:
         return np.zeros(model.rows.size)
     return Periodic(model.plain, laws=model.given.laws).evaluate(model.rows.frame)
+
+
+def _put(told: Discovery, state: bool, outcome: ChannelOutcome) -> None:
+    """Put orders that follow something among an outcome's findings. How an order that the simulation has not depends on
+    what is recorded is a property of that order; of a ``state`` nothing recorded tells.
+    """
+    number = next((k for k, d in enumerate(outcome.discoveries) if d.effect == HARMONIC), None)
+    plain = None if number is None else outcome.discoveries[number]
+    if plain is None or number is None or state or not set(told.orders) <= set(plain.orders):
+        outcome.discoveries.append(told)
+        return
+    outcome.discoveries[number] = replace(
+        plain,
+        added=plain.added + told.added,
+        simulation_rows=plain.simulation_rows + told.simulation_rows,
+        numbers=plain.numbers + told.numbers,
+        excess=None if plain.excess is None else plain.excess + told.added,
+        everywhere=None,
+    )
 
 
 def _close(model: TransmissionModel) -> None:

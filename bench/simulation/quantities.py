@@ -99,6 +99,7 @@ def _load(frame: Frame) -> FloatArray:
 _DRIVEN: dict[str, tuple[str, str, Callable[[Frame], FloatArray]]] = {
     "recent_speed": ("speed", "rad/s", lambda f: np.abs(f.velocity)),
     "recent_load": ("square of the load torque", "kN^2*m^2", lambda f: (f.torque_level / 1000.0) ** 2),
+    "recent_load_size": ("size of the load torque", "N*m", lambda f: np.abs(f.torque_level)),
     "recent_torque": ("load torque", "N*m", _load),
     "recent_loss": ("loss", "W", lambda f: f.power),
     "recent_load_motor": ("load motor's torque", "N*m", lambda f: f.load_motor_level),

@@ -8,7 +8,7 @@ from typing import Any, cast
 import pytest
 
 from bench.mismatch import transmission
-from bench.mismatch.orders import remembered
+from bench.mismatch.orders import following
 from bench.mismatch.transmission import Task
 
 TAKEN = object()
@@ -29,7 +29,7 @@ def searched(
 
     monkeypatch.setattr(Task, "_once", once)
     monkeypatch.setattr(transmission, "misleading", lambda _: None)
-    monkeypatch.setattr(remembered, "search", lambda *_: None)
+    monkeypatch.setattr(following, "search", lambda *_: None)
     monkeypatch.setattr(transmission, "made_by_tone", lambda *_: doubtful)
     monkeypatch.setattr(transmission, "tone_on_rows", lambda *_: TAKEN)
     nothing = cast("Any", None)
@@ -70,7 +70,7 @@ def test_an_offset_that_misled_the_orders_is_taken_off_if_less_is_left_then(
 
     monkeypatch.setattr(Task, "_once", once)
     monkeypatch.setattr(transmission, "misleading", lambda _: offset)
-    monkeypatch.setattr(remembered, "search", lambda *_: None)
+    monkeypatch.setattr(following, "search", lambda *_: None)
     monkeypatch.setattr(transmission, "_leaves_less", lambda one, other: one.left < other.left)
     nothing = cast("Any", None)
     model, _ = Task(nothing, nothing, nothing, (), (), (), True, 0).searched()

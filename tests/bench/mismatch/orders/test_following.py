@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bench.mismatch.orders import remembered
+from bench.mismatch.orders import following
 from bench.mismatch.orders.periodic import Periodic
 from bench.mismatch.orders.revolutions import Revolution
 from bench.mismatch.orders.series import calibrate
@@ -51,6 +51,7 @@ class Model:
     rows: Any
     training_revolutions: Any
     given: Any
+    banned: tuple[str, ...] = ()
 
 
 def model(state: FloatArray, size: float, laws: tuple[Law, ...] = ()) -> Any:
@@ -71,10 +72,10 @@ def model(state: FloatArray, size: float, laws: tuple[Law, ...] = ()) -> Any:
 def test_an_order_that_follows_a_state_is_found_with_its_time(name: str) -> None:
     values = quantity(name, FRAME)
     size = 4e-7 / float(np.std(values))
-    found = remembered.search(model(values, size), 0)
+    found = following.search(model(values, size), 0)
     assert found is not None
     assert found.orders == (1.0,)
-    state, wanted = state_of(found.state), state_of(name)
+    state, wanted = state_of(found.course.name), state_of(name)
     assert state is not None
     assert wanted is not None
     assert state[0] == wanted[0]
@@ -83,20 +84,20 @@ def test_an_order_that_follows_a_state_is_found_with_its_time(name: str) -> None
     assert abs(found.vectors[0] - size * np.exp(0.7j)) < max(4.0 * found.std[0], 0.1 * size)
     angle = np.mod(FRAME.theta, 2.0 * np.pi)
     told = found.vectors[0].real * np.sin(angle) + found.vectors[0].imag * np.cos(angle)
-    assert found.evaluate(FRAME) == pytest.approx(told * quantity(found.state, FRAME), abs=1e-12)
+    assert found.evaluate(FRAME) == pytest.approx(told * quantity(found.course.name, FRAME), abs=1e-12)
 
 
 def test_orders_that_follow_nothing_are_left_alone() -> None:
-    assert remembered.search(model(np.zeros(FRAME.size), 0.0), 0) is None
+    assert following.search(model(np.zeros(FRAME.size), 0.0), 0) is None
 
 
 def test_orders_that_scatter_follow_nothing() -> None:
     """Noise is drawn as large as it is seen: what scatters follows one state or another by chance."""
     scatter = np.random.default_rng(9).normal(size=len(REVOLUTIONS))[FRAME.recording]
-    assert remembered.search(model(scatter, 4e-7), 0) is None
+    assert following.search(model(scatter, 4e-7), 0) is None
 
 
 def test_a_law_that_gains_more_stays() -> None:
     values = quantity("risen_350s", FRAME)
     law = Law("te.temperature_nonlinear", "exponential", (5.0,), 1e4, ORDERS[:1], np.array([0.0j]), series=ORDERS[:1])
-    assert remembered.search(model(values, 4e-7 / float(np.std(values)), (law,)), 0) is None
+    assert following.search(model(values, 4e-7 / float(np.std(values)), (law,)), 0) is None
