@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.memory import campaign_lag, integral
+from bench.simulation.memory import campaign_lag, integral, lag
 from bench.simulation.terms.base import TEMPERATURE, Form, Point, Symbol, Term, columns, logarithmic
 
 
@@ -13,6 +13,11 @@ def _grid(_: Frame) -> tuple[Point, ...]:
 
 def _housing(frame: Frame, point: Point) -> FloatArray:
     housing = campaign_lag(frame.temperature, frame, point[0])
+    return columns(-integral(frame.temperature - housing, frame))
+
+
+def _rested(frame: Frame, point: Point) -> FloatArray:
+    housing = lag(frame.temperature, frame, point[0])
     return columns(-integral(frame.temperature - housing, frame))
 
 
@@ -35,6 +40,15 @@ TERM = Term(
                 _grid,
                 remembers=True,
                 equation="dT/dt -= 1/(R_h*C)*(T - T_h), tau_h*dT_h/dt = T - T_h, T_h goes on between recordings",
+            ),
+            # after pauses that are long for the housing and of unknown length, or in a test that waits for it
+            Form(
+                "two_node_rested",
+                _rested,
+                (RATE,),
+                (TAU,),
+                _grid,
+                equation="dT/dt -= 1/(R_h*C)*(T - T_h), tau_h*dT_h/dt = T - T_h, T_h = T before each recording",
             ),
         )
     },
