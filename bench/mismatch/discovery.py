@@ -35,7 +35,8 @@ class RefittedAlternative:
 
     ``loss``: log predictive density of the points left out that it loses against the discovery, with its standard
     ``error``; ``weight``: probability that it predicts best (:func:`bench.mismatch.regression.folds.weights`);
-    ``left`` (n,): what the model with it leaves of the channel's rows, None where it was not evaluated there.
+    ``left`` (n,): what the model with it leaves of the channel's rows, None where it was not evaluated there;
+    ``of_fitted``: its figures are of log-likelihood in the fitted revolutions, its numbers paid for.
     """
 
     effect: str
@@ -45,6 +46,7 @@ class RefittedAlternative:
     weight: float
     as_good: bool
     left: FloatArray | None = field(default=None, repr=False)
+    of_fitted: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ from bench.foreign.base import Base
 from bench.mismatch.orders.misread import ENCODER
 from bench.mismatch.orders.periodic import Pulse
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor
-from bench.mismatch.unnamed.formula_regressor import from_row
+from bench.mismatch.unnamed.formula_regressor import Equation, from_row
 from bench.simulation import tables, waves
 from bench.simulation.frame import FloatArray
 from bench.simulation.heat_rates import HEATING, LESS, TAKEN_OFF, with_rates
@@ -25,6 +25,7 @@ from bench.simulation.laws import Law
 from bench.simulation.laws import from_json as law_from_json
 from bench.simulation.model import Simulation, Term
 from bench.simulation.orders import nominal_orders
+from bench.simulation.quantities import INPUT_ANGLE
 from bench.simulation.terms import LIBRARY, LOAD_TORQUE, TRANSMISSION_ERROR
 from bench.simulation.waves import Wave
 
@@ -100,6 +101,11 @@ class Given:
     """waves of the transmission error that it reads so; of a series's order they are the encoder's part"""
     base: Base | None = None
     """a simulation from elsewhere on which the terms stand; its channels are taken off when recordings are read"""
+
+    def over_input_angle(self) -> tuple[Known, ...]:
+        """Formulas of the transmission error over the input angle: orders that follow something."""
+        known = self.known.get(TRANSMISSION_ERROR, ())
+        return tuple(k for k in known if isinstance(k.regressor, Equation) and INPUT_ANGLE in k.regressor.formula.over)
 
     @property
     def acting_waves(self) -> tuple[Wave, ...]:

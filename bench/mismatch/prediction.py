@@ -45,7 +45,7 @@ from bench.recording import Recording
 from bench.simulation import waves
 from bench.simulation.frame import FloatArray, Frame, concatenate, gone_through, recording_starts
 from bench.simulation.model import Simulation
-from bench.simulation.quantities import REMEMBERED, kind_of, quantity
+from bench.simulation.quantities import HELD, REMEMBERED, kind_of, quantity
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
 
 SLIGHT = 1e-12
@@ -203,7 +203,7 @@ def _with_states(regressor: Regressor, frame: Frame, campaign: Frame) -> Frame:
         for name, values in states.items():
             if rows.size:
                 held[name][a:b] = np.interp(frame.time[a:b], campaign.time[rows], values[rows])
-    return replace(frame, aux={**frame.aux, **held})
+    return replace(frame, aux={**frame.aux, **{f"{HELD}{name}": values for name, values in held.items()}})
 
 
 def corrected(frame: Frame, known: Sequence[Known], campaign: Frame | None = None) -> Frame:

@@ -46,7 +46,8 @@ def base_of(given: Given, channel: str, rows: Rows) -> list[BaseTerm]:
     """Terms that are fitted in every model of a channel: nominal ones, free parameters, effects that are known."""
     base = nominal_base(channel, given.switched_off)
     base += [BaseTerm(sensitivity) for sensitivity in sensitivities(given.base, channel, tuple(rows.frame.aux))]
-    return base + [BaseTerm(known.regressor) for known in given.known.get(channel, ())]
+    apart = {id(known) for known in given.over_input_angle()}  # no offset: they stay as they are
+    return base + [BaseTerm(known.regressor) for known in given.known.get(channel, ()) if id(known) not in apart]
 
 
 def capacity_of(data: Dataset, given: Given, rows: Rows) -> float:

@@ -29,6 +29,7 @@ from bench.simulation.fourier import FourierSet, TransmissionErrorModel
 from bench.simulation.frame import FloatArray
 from bench.simulation.model import TEETH, Gearbox, Parameter, Simulation, Term
 from bench.simulation.polynomial import Standardisation
+from bench.simulation.quantities import INPUT_ANGLE
 from bench.simulation.terms import LIBRARY, TEMPERATURE
 from bench.simulation.terms.nominal.transmission_error import CENTRE, SPREAD
 
@@ -122,7 +123,8 @@ def _kept(simulation: Simulation) -> list[Row]:
         if effect in LIBRARY and LIBRARY[effect].nominal:
             continue
         for row in term.rows() if term.enabled else ():
-            if any(key in row for key in _PERIODIC) or effect == "te.local_defect" or row.get("form") == "ripple":
+            periodic = any(key in row for key in _PERIODIC) or INPUT_ANGLE in row.get("over", ())
+            if periodic or effect == "te.local_defect" or row.get("form") == "ripple":
                 out.append({"effect": effect, **row})
     return out
 

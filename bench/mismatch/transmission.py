@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.discovery import ChannelOutcome, Discovery
+from bench.mismatch.discovery import AMBIGUOUS, ChannelOutcome, Discovery
 from bench.mismatch.given import Given
 from bench.mismatch.orders import following
 from bench.mismatch.orders import model as orders
@@ -81,6 +81,8 @@ class Task:
             return model, outcome
         other.rows = replace(other.rows, y=other.rows.y + added)
         other.whole = other.whole + added
+        # the simulation recalibrated is that of all that was measured
+        other.before, again.plain = outcome.before, model.plain
         _put(told, found.course.of in STATES, other)
         return again, other
 
@@ -148,6 +150,9 @@ class Task:
             taken = taken + waves.evaluate(given_waves, rows.frame.theta, rows.frame)
         for pulse in given.pulses:
             taken = taken + pulse.evaluate(rows.frame.theta)
+        for part in given.over_input_angle():
+            if part.coefficients is not None:
+                taken = taken + part.regressor.columns(rows.frame) @ part.coefficients
         base = [*base_of(given, TRANSMISSION_ERROR, rows), *self.unnamed]
         series = orders.Given(given.orders, data.folder.notch, given.laws)
         rows = replace(rows, y=rows.y - taken)
@@ -193,8 +198,15 @@ def _given_orders(model: TransmissionModel) -> FloatArray:
 
 def _put(told: Discovery, state: bool, outcome: ChannelOutcome) -> None:
     """Put orders that follow something among an outcome's findings. How an order that the simulation has not depends on
-    what is recorded is a property of that order; of a ``state`` nothing recorded tells.
+    what is recorded is a property of that order; of a ``state`` nothing recorded tells. A law of the same orders, with
+    one of several names that are not told apart, is a part of the same.
     """
+    names = {told.effect, *(a.effect for a in told.alternatives if a.as_good)}
+    if told.status == AMBIGUOUS:
+        same = [d for d in outcome.discoveries if d.effect in names and d.orders and set(d.orders) <= set(told.orders)]
+        outcome.discoveries = [d for d in outcome.discoveries if all(d is not law for law in same)]
+        for law in same:
+            told = _with_law(told, law)
     number = next((k for k, d in enumerate(outcome.discoveries) if d.effect == HARMONIC), None)
     plain = None if number is None else outcome.discoveries[number]
     if plain is None or number is None or state or not set(told.orders) <= set(plain.orders):
@@ -203,10 +215,25 @@ def _put(told: Discovery, state: bool, outcome: ChannelOutcome) -> None:
     outcome.discoveries[number] = replace(
         plain,
         added=plain.added + told.added,
-        simulation_rows=plain.simulation_rows + told.simulation_rows,
+        equation=f"{plain.equation}; {told.equation}",
+        parameters=plain.parameters + told.parameters,
+        simulation_rows=plain.simulation_rows + tuple({**row, "effect": HARMONIC} for row in told.simulation_rows),
         numbers=plain.numbers + told.numbers,
-        excess=None if plain.excess is None else plain.excess + told.added,
+        excess=None if plain.excess is None else plain.excess + told.beyond,
         everywhere=None,
+    )
+
+
+def _with_law(told: Discovery, law: Discovery) -> Discovery:
+    """Orders that follow something, with a law of theirs."""
+    return replace(
+        told,
+        equation=f"{told.equation}; {law.equation}",
+        parameters=told.parameters + law.parameters,
+        added=told.added + law.added,
+        excess=told.beyond + law.beyond,
+        simulation_rows=told.simulation_rows + law.simulation_rows,
+        numbers=told.numbers + law.numbers,
     )
 
 

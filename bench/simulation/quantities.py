@@ -14,8 +14,12 @@ from bench.simulation.composed import composed
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.memory import campaign_lag, limited_integral, taken_along, through
 
+INPUT_ANGLE = "input_angle"
+"""the quantity over which a formula has waves of the transmission error"""
 AUXILIARY = "aux/"
 """begins the name of a quantity that is no channel of the bench"""
+HELD = "state/"
+"""begins the name under which a frame holds a state that was calculated through a campaign: no recorded one has it"""
 SHORTEST_TRAVEL = 1e-5
 """rad at the output: distances since a reversal count by their order of magnitude from here on"""
 GENTLE = 0.3
@@ -193,7 +197,7 @@ QUANTITIES: dict[str, Quantity] = _Known(
         "time": Quantity("time", "s", lambda f: f.time),
         "travel": Quantity("distance run", "rad", lambda f: f.travel),
         "angle": Quantity("output angle", "rad", lambda f: np.mod(f.q, 2.0 * np.pi)),
-        "input_angle": Quantity("input angle over the ratio", "rad", lambda f: np.mod(f.theta, 2.0 * np.pi)),
+        INPUT_ANGLE: Quantity("input angle over the ratio", "rad", lambda f: np.mod(f.theta, 2.0 * np.pi)),
         "since_reversal": Quantity(
             "distance since start or reversal", "log10 rad", lambda f: np.log10(f.reversal_travel + SHORTEST_TRAVEL)
         ),
@@ -275,8 +279,8 @@ def quantity(name: str, frame: Frame) -> FloatArray:
         if plain not in frame.aux:
             raise ConfigurationError(f"the recordings have no quantity '{name}', which the simulation depends on")
         return frame.aux[plain]
-    if kind_of(name) in REMEMBERED and name in frame.aux:
-        return frame.aux[name]
+    if f"{HELD}{name}" in frame.aux:
+        return frame.aux[f"{HELD}{name}"]
     if name not in QUANTITIES:
         states = [state_named("recent_speed", 50.0), state_named("taken_along", 0.02), state_named("impulse", 600.0)]
         raise ConfigurationError(

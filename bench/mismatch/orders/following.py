@@ -12,11 +12,12 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from bench.mismatch import criteria
 from bench.mismatch.discovery import AMBIGUOUS, NAMED, UNKNOWN, UNNAMED, Discovery, RefittedAlternative
-from bench.mismatch.orders.law_scores import amplitudes, misfit, stacked, whitened
+from bench.mismatch.orders.law_scores import RANK, Amplitudes, amplitudes, misfit, stacked, tangent
 from bench.mismatch.orders.lowest import lowest
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.reported import probability, strong
@@ -28,15 +29,23 @@ from bench.mismatch.unnamed.formula_units import product
 from bench.simulation.formulas import Formula, evaluated
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.laws import MODES
-from bench.simulation.quantities import OF_KIND, QUANTITIES, STATES, label, quantity, range_of, state_named, state_of
+from bench.simulation.quantities import (
+    INPUT_ANGLE,
+    OF_KIND,
+    QUANTITIES,
+    STATES,
+    label,
+    quantity,
+    range_of,
+    state_named,
+    state_of,
+)
 from bench.simulation.terms import CHANNEL_UNITS, LIBRARY, TRANSMISSION_ERROR
 
 KINDS = ("risen", "recent_loss", "recent_speed", "recent_load", "recent_load_size", "recent_torque")
 """kinds of states that the orders are asked to follow"""
 EFFECTS = {"temperature": "te.temperature_nonlinear", "speed": "te.velocity_nonlinear", "time": "te.drift_time"}
 """effects that any function of a quantity in the amplitudes is: the report's contract"""
-ANGLE = "input_angle"
-"""the quantity that a formula has the waves over"""
 SURROGATES = 60
 MOVED = 1.0
 """logarithm of the factor by which a number of a course is refined at most, either way: a table's next one"""
@@ -44,6 +53,12 @@ STEP, MOST = 0.1, 60
 """first step of such a logarithm, and evaluations"""
 SPACING = 0.15
 """of a range, by which the places in it that are asked are apart"""
+EDGE = 0.05
+"""of a range, from its ends, where a place may be: at an end a knee is a straight line"""
+WIDE = 3.0
+"""times the spread that the orders have shown which the polynomials of one are given: what they could say by more than
+that is no evidence of a course either
+"""
 RIDGE = 1e-9
 """keeps a course that the polynomials say wholly from breaking a solve"""
 
@@ -52,7 +67,7 @@ RIDGE = 1e-9
 class Course:
     """A function of one quantity: its effect, the quantity or the kind of states, an expression of it (``x2``) with
     constants ``g1``, ``g2``, and their values; of a state, its scale. ``step``: how far ``g1`` is moved, where that is
-    a place.
+    a place, 0 where it is none; ``within``: where it may be, or the scales that a state may have.
     """
 
     effect: str
@@ -60,6 +75,7 @@ class Course:
     text: str
     point: tuple[float, ...] = ()
     step: float = 0.0
+    within: tuple[float, float] = (0.0, np.inf)
 
     @property
     def name(self) -> str:
@@ -76,15 +92,12 @@ class Course:
         return np.asarray(evaluated(self.text, {"x2": values, **dict(self.constants)}), dtype=np.float64)
 
     def moved(self, logarithms: FloatArray) -> Course:
-        """The same with other numbers, each times so much, a place moved by so many steps; a scale stays within what
-        states have.
-        """
+        """The same with other numbers, each times so much, a place moved by so many steps."""
         by = np.clip(logarithms, -MOVED, MOVED)
         point = np.asarray(self.point) * np.exp(by)
         if self.step:
             point[0] = self.point[0] + by[0] * self.step
-        if self.of in STATES:
-            point = np.clip(point, *range_of(self.of))
+        point[0] = np.clip(point[0], *self.within)
         return replace(self, point=tuple(float(v) for v in point))
 
 
@@ -117,9 +130,11 @@ class Following:
         within = ((0.0, 2.0 * np.pi), (float(values.min()), float(values.max())))
         unit = QUANTITIES[course.name].unit
         per = unit if course.text == "x2" else "1"
-        constants = tuple(Constant(s, v, product([(unit, 1)])) for s, v in course.constants)
+        # the first is a place on the quantity's scale, but for a decay; widths are differences
+        scales = [unit if course.step and k == 0 else product([(unit, 1)]) for k in range(len(course.constants))]
+        constants = tuple(Constant(s, v, of) for (s, v), of in zip(course.constants, scales, strict=True))
         units = (product([(CHANNEL_UNITS[TRANSMISSION_ERROR], 1), (per, -1)]),) * len(parts)
-        formula = Formula((ANGLE, course.name), within, parts, course.constants)
+        formula = Formula((INPUT_ANGLE, course.name), within, parts, course.constants)
         return Equation(TRANSMISSION_ERROR, formula, units, constants, course.effect)
 
     def evaluate(self, frame: Frame) -> FloatArray:
@@ -135,7 +150,7 @@ def search(model: TransmissionModel, seed: int) -> Following | None:
     if sight is None:
         return None
     means = _Means(model.rows.frame, sight.revolutions)
-    courses = [c for c in _courses(means, model.banned) if np.ptp(means(c)) > 0.0]
+    courses = [c for c in _courses(means, model.banned) if sight.beyond_polynomials(means(c))]
     if not courses:
         return None
     rng = np.random.default_rng([seed, 11])
@@ -148,7 +163,7 @@ def search(model: TransmissionModel, seed: int) -> Following | None:
     by_effect: dict[str, int] = {}
     for k in np.argsort(-total).tolist():
         by_effect.setdefault(courses[k].effect, k)
-    refined = [_refined(sight, means, courses[k]) for k in by_effect.values()]
+    refined = [_refined(sight, means, courses[k]) for k in by_effect.values() if total[k] > 0.0]
     each = [sight.gains(means(course)) for course in refined]
     order = np.argsort([-float(gains.sum()) for gains in each])
     first = int(order[0])
@@ -160,7 +175,7 @@ def search(model: TransmissionModel, seed: int) -> Following | None:
         error = float(np.std(apart) * np.sqrt(apart.size))
         alternatives.append((refined[k], float(apart.sum()), error, float(share[k] / share.sum())))
     orders, vectors, std = sight.estimated(means(course))
-    return Following(course, orders, vectors, std, gain, tail_rate(nulls, gain), tuple(alternatives))
+    return Following(course, orders, vectors, std, gain, tail_rate(nulls, float(total[best])), tuple(alternatives))
 
 
 def as_discovery(model: TransmissionModel, found: Following, excess: FloatArray) -> Discovery | None:
@@ -169,11 +184,19 @@ def as_discovery(model: TransmissionModel, found: Following, excess: FloatArray)
     """
     equation, coefficients = found.equation(model.rows.frame), found.coefficients
     added, std = found.evaluate(model.rows.frame), np.repeat(found.std, 2)
-    if not strong(model, added):
+    if not strong(model, excess):
         return None
     course = found.course
     alternatives = tuple(
-        RefittedAlternative(other.effect, _words(other, found.orders), loss, error, share, loss < error)
+        RefittedAlternative(
+            other.effect,
+            _words(other, found.orders),
+            loss,
+            error,
+            share,
+            loss < max(error, criteria.RICHER),
+            of_fitted=True,
+        )
         for other, loss, error, share in found.alternatives
     )
     named = course.effect in LIBRARY
@@ -232,7 +255,9 @@ def _courses(means: _Means, banned: Sequence[str]) -> Iterator[Course]:
     longest = max(t.duration for t in means.revolutions)
     for kind in KINDS:
         scales = (state[1] for name in OF_KIND[kind] if (state := state_of(name)) is not None)
-        yield from (Course(UNNAMED, kind, "x2", (scale,)) for scale in scales if scale > longest)
+        low, high = range_of(kind)
+        within = (max(low, longest), high)
+        yield from (Course(UNNAMED, kind, "x2", (scale,), within=within) for scale in scales if scale > longest)
     for name, shapes in _SHAPES.items():
         effect = EFFECTS.get(name, UNNAMED)
         if effect in banned:
@@ -240,8 +265,10 @@ def _courses(means: _Means, banned: Sequence[str]) -> Iterator[Course]:
         values = means.of(name)
         low, span = float(values.min()), float(np.ptp(values))
         for text, points in shapes:
-            step = SPACING * span if "x2 - g1" in text else 0.0
-            yield from (Course(effect, name, text, point, step) for point in points(low, span))
+            place = "x2 - g1" in text
+            step, within = (SPACING * span if place else 0.0), (low + EDGE * span, low + (1.0 - EDGE) * span)
+            within = within if place else (0.0, np.inf)
+            yield from (Course(effect, name, text, point, step, within) for point in points(low, span))
 
 
 def _places(low: float, span: float, widths: Sequence[float]) -> Iterator[tuple[float, ...]]:
@@ -284,45 +311,76 @@ def _refined(sight: _Sight, means: _Means, course: Course) -> Course:
 
     found = lowest(loss, np.zeros(len(course.point)), np.full(len(course.point), STEP), MOST)
     moved = course.moved(found)
-    return moved if float(sight.gains(means(moved)).sum()) > begin else course
+    better = sight.beyond_polynomials(means(moved)) and float(sight.gains(means(moved)).sum()) > begin
+    return moved if better else course
+
+
+def _whitened(data: Amplitudes, k: int) -> tuple[FloatArray, FloatArray]:
+    """Cholesky factor (2*revolutions, 2*revolutions) of the covariance of an order's vectors, the polynomials' freedom
+    in it; what is left of them, whitened (2*revolutions,).
+    """
+    columns, centre = tangent(data, k)
+    sigma = np.concatenate([data.sigma[:, k]] * 2)
+    lower = np.linalg.cholesky(WIDE**2 * columns @ columns.T + np.diag(sigma**2))
+    left = solve_triangular(lower, stacked(data.vectors[:, k] - centre), lower=True)
+    return np.asarray(lower), np.asarray(left)
 
 
 @dataclass(frozen=True, slots=True)
 class _Sight:
     """What the polynomials leave of ``orders`` of the series in the training ``revolutions``: ``left`` (orders,
-    2*revolutions), whitened by Cholesky factors ``lowers`` of their freedom and the noise, behind the ``response``
+    2*revolutions), whitened by Cholesky factors ``lowers`` of their freedom and the noise ``sigma`` (orders,
+    2*revolutions), behind the ``response``
     (revolutions, orders) of modes. ``of_laws``: what other laws gain, without which all this is seen. An order pays for
-    being chosen among ``many``.
+    being chosen among ``many``. ``monomials``: of each direction its revolutions and the polynomials' basis there.
     """
 
     revolutions: tuple[Revolution, ...]
     orders: tuple[float, ...]
     left: FloatArray
     lowers: tuple[FloatArray, ...]
+    sigma: FloatArray
     response: Complex
     of_laws: float
     many: int
+    monomials: tuple[tuple[NDArray[np.bool_], FloatArray], ...]
 
     @classmethod
     def of(cls, model: TransmissionModel) -> _Sight | None:
         """The orders of a model into which no others leak; None where there are none, or too few revolutions."""
         if model.periodic is None:
             return None
-        kept = tuple(law for law in model.periodic.laws if law in model.given.laws or law.form in MODES)
+        given = {id(law) for law in model.given.laws}
+        kept = tuple(law for law in model.periodic.laws if id(law) in given or law.form in MODES)
         data = amplitudes(replace(model, periodic=replace(model.periodic, laws=kept)))
         if data is None or not data.regular.any():
             return None
-        lowers, left = whitened(data)
         chosen = np.flatnonzero(data.regular)
+        seen = [_whitened(data, int(k)) for k in chosen]
+        sides = [(data.direction * side > 0, scaling) for side, scaling in data.series.scaling.items()]
+        held = {id(law) for law in kept}
         return cls(
             tuple(model.training_revolutions),
             tuple(data.orders[k] for k in chosen),
-            left[chosen],
-            tuple(lowers[k] for k in chosen),
+            np.array([left for _, left in seen]),
+            tuple(lower for lower, _ in seen),
+            np.vstack([data.sigma[:, chosen]] * 2).T,
             passed(kept, model.training_revolutions, data.orders)[:, chosen],
-            sum(law.gain for law in model.periodic.laws if law not in kept),
+            sum(law.gain for law in model.periodic.laws if id(law) not in held),
             chosen.size,
+            tuple((rows, scaling.monomials(data.x[rows])) for rows, scaling in sides if rows.any()),
         )
+
+    def beyond_polynomials(self, course: FloatArray) -> bool:
+        """Whether a ``course`` (revolutions,) varies in a way that no polynomial of the series can say, but for a share
+        of it.
+        """
+        left = whole = 0.0
+        for rows, basis in self.monomials:
+            values = course[rows]
+            left += float(np.sum((values - basis @ np.linalg.lstsq(basis, values, rcond=RANK)[0]) ** 2))
+            whole += float(np.sum((values - values.mean()) ** 2))
+        return whole > RANK**2 * float(np.sum(course**2)) and left > criteria.LAW_BEYOND * whole
 
     def less(self, chosen: Sequence[int]) -> _Sight:
         """The same with some of the orders."""
@@ -331,6 +389,7 @@ class _Sight:
             orders=tuple(self.orders[k] for k in chosen),
             left=self.left[chosen],
             lowers=tuple(self.lowers[k] for k in chosen),
+            sigma=self.sigma[chosen],
             response=self.response[:, chosen],
         )
 
@@ -340,12 +399,27 @@ class _Sight:
         """
         seen, drawn = [], np.zeros((len(courses), SURROGATES))
         for k in range(len(self.orders)):
-            usual = np.sqrt(max(float(np.mean(self.left[k] ** 2)), 1.0))
-            noise = usual * rng.normal(size=(SURROGATES, self.left.shape[1]))
+            noise = self._drawn(k, rng)
             gains = self._gains(self._columns(k, courses), np.vstack([self.left[k], noise]))
             seen.append(gains[:, 0])
             drawn += gains[:, 1:]
         return np.array(seen).T, drawn.max(axis=0)
+
+    def _drawn(self, k: int, rng: np.random.Generator) -> FloatArray:
+        """Draws (SURROGATES, 2*revolutions) of what an order has if it follows nothing: what the polynomials leave of
+        its vectors, over their noise, in other revolutions and with signs of their own, as large as it is seen, or as
+        it should be. What the polynomials take of it is missing in the draws as well.
+        """
+        lower, sigma, number = self.lowers[k], self.sigma[k], len(self.revolutions)
+        shaped = solve_triangular(lower, np.diag(sigma), lower=True)
+        usual = max(float(np.sum(self.left[k] ** 2) / np.sum(shaped**2)), 1.0)
+        over = sigma * solve_triangular(lower, self.left[k], lower=True, trans=1)
+        over *= np.sqrt(usual / max(float(np.mean(over**2)), 1e-300))
+        draws = np.empty((SURROGATES, 2 * number))
+        for row in draws:
+            at, sign = rng.permutation(number), rng.choice([-1.0, 1.0], number)
+            row[:] = np.concatenate([over[at] * sign, over[number + at] * sign])
+        return np.asarray(draws @ shaped.T)
 
     def gains(self, course: FloatArray) -> FloatArray:
         """Gain of log-likelihood (orders,) by a ``course`` (revolutions,), 0 where it does not pay for its numbers."""

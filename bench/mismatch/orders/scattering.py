@@ -10,6 +10,7 @@ from scipy.stats import f as fisher
 from bench.mismatch import criteria
 from bench.mismatch.orders.law_scores import PRIOR_REVOLUTIONS, amplitudes, whitened
 from bench.mismatch.orders.model import TransmissionModel
+from bench.mismatch.orders.revolutions import passed
 
 HELD = 0.9
 """share of what scatters that the orders told of hold"""
@@ -29,7 +30,10 @@ def scattering(model: TransmissionModel) -> tuple[tuple[float, ...], float]:
     chance = fisher.sf(ratio, left.shape[1], 2.0 * PRIOR_REVOLUTIONS)
     rare = data.regular & (chance < criteria.ERROR_RATE_OF_A_CHANNEL / len(data.orders))
     # a wave b*sin + a*cos has half of |b + j*a|² as its mean square: the variance of a component
-    square = np.where(rare, (ratio - 1.0) * np.median(data.sigma, axis=0) ** 2, 0.0)
+    assert model.periodic is not None
+    response = passed(model.periodic.laws, model.training_revolutions, data.orders)
+    sigma = np.median(data.sigma * np.abs(response), axis=0)
+    square = np.where(rare, (ratio - 1.0) * sigma**2, 0.0)
     order = np.argsort(-square)
     total = float(square.sum())
     if total == 0.0:

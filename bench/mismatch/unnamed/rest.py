@@ -148,7 +148,8 @@ def _orders(outcome: ChannelOutcome, left: FloatArray) -> tuple[float, ...]:
     orders, square = outcome.scattering
     if whole or not number.any():
         return whole
-    beyond = float(np.average(left**2, weights=number)) - outcome.floor**2
+    # the noise of a row is that of a sample over the samples in it
+    beyond = float(number @ left**2 - outcome.floor**2 * np.count_nonzero(number)) / float(number.sum())
     return orders if square > criteria.EITHER * beyond > 0.0 else ()
 
 
