@@ -315,6 +315,17 @@ def _refined(sight: _Sight, means: _Means, course: Course) -> Course:
     return moved if better else course
 
 
+def _straight(data: Amplitudes) -> FloatArray:
+    """Orthonormal basis (revolutions, k) of straight lines over the state in either direction, as far as revolutions
+    tell them apart.
+    """
+    lines = np.column_stack([np.ones(len(data.x)), data.x])
+    sides = [np.where((data.direction * side > 0)[:, None], lines, 0.0) for side in data.series.scaling]
+    columns = np.hstack(sides)
+    left, values, _ = np.linalg.svd(columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300), full_matrices=False)
+    return np.asarray(left[:, values > RANK * values.max()])
+
+
 def _whitened(data: Amplitudes, k: int) -> tuple[FloatArray, FloatArray]:
     """Cholesky factor (2*revolutions, 2*revolutions) of the covariance of an order's vectors, the polynomials' freedom
     in it; what is left of them, whitened (2*revolutions,).
@@ -332,7 +343,9 @@ class _Sight:
     2*revolutions), whitened by Cholesky factors ``lowers`` of their freedom and the noise ``sigma`` (orders,
     2*revolutions), behind the ``response``
     (revolutions, orders) of modes. ``of_laws``: what other laws gain, without which all this is seen. An order pays for
-    being chosen among ``many``. ``monomials``: of each direction its revolutions and the polynomials' basis there.
+    being chosen among ``many``. ``monomials``: of each direction its revolutions and the polynomials' basis there;
+    ``straight`` (revolutions, k): orthonormal basis of straight lines over load, speed and temperature in either
+    direction.
     """
 
     revolutions: tuple[Revolution, ...]
@@ -344,6 +357,7 @@ class _Sight:
     of_laws: float
     many: int
     monomials: tuple[tuple[NDArray[np.bool_], FloatArray], ...]
+    straight: FloatArray
 
     @classmethod
     def of(cls, model: TransmissionModel) -> _Sight | None:
@@ -369,6 +383,7 @@ class _Sight:
             sum(law.gain for law in model.periodic.laws if id(law) not in held),
             chosen.size,
             tuple((rows, scaling.monomials(data.x[rows])) for rows, scaling in sides if rows.any()),
+            _straight(data),
         )
 
     def beyond_polynomials(self, course: FloatArray) -> bool:
@@ -441,7 +456,9 @@ class _Sight:
 
     def _columns(self, k: int, courses: FloatArray) -> FloatArray:
         """What a vector times each course does to an order, whitened (courses, 2*revolutions, 2)."""
-        moved = (courses / self.response[:, k]).T
+        # straight lines over the state are the polynomials', however large: only what is beyond them counts
+        curved = courses - courses @ self.straight @ self.straight.T
+        moved = (curved / self.response[:, k]).T
         whole = np.hstack([stacked(moved), stacked(1j * moved)])
         white = solve_triangular(self.lowers[k], whole, lower=True)
         return np.stack([white[:, : len(courses)].T, white[:, len(courses) :].T], axis=2)
