@@ -11,7 +11,6 @@ import numpy as np
 from bench.mismatch import criteria
 from bench.mismatch.discovery import AMBIGUOUS, ChannelOutcome, Discovery
 from bench.mismatch.given import Given
-from bench.mismatch.orders import following
 from bench.mismatch.orders import model as orders
 from bench.mismatch.orders.misread import torque_check
 from bench.mismatch.orders.model import KnownOffset, TransmissionModel, misleading
@@ -27,6 +26,7 @@ from bench.mismatch.recordings.read_again import runs_of
 from bench.mismatch.recordings.rows import Rows, error_of_mean
 from bench.mismatch.regression.excess import levelled
 from bench.mismatch.regression.problem import CHANNELS, BaseTerm
+from bench.mismatch.unnamed import following
 from bench.mismatch.unnamed.orders_of_tone import made_by_tone, tone_on_rows
 from bench.mismatch.unnamed.structure import examine, look_for_tone
 from bench.mismatch.unnamed.tones import Tone

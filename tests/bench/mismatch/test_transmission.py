@@ -8,8 +8,8 @@ from typing import Any, cast
 import pytest
 
 from bench.mismatch import transmission
-from bench.mismatch.orders import following
 from bench.mismatch.transmission import Task
+from bench.mismatch.unnamed import following
 
 TAKEN = object()
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bench.mismatch.orders.scattering import scattering
-from tests.bench.mismatch.orders.test_following import FRAME, REVOLUTIONS, model
+from tests.bench.mismatch.unnamed.test_following import FRAME, REVOLUTIONS, model
 
 
 def test_an_order_that_scatters_is_told_with_its_mean_square() -> None:

@@ -12,13 +12,13 @@ import pytest
 
 from bench.mismatch.discovery import UNNAMED
 from bench.mismatch.given import Given
-from bench.mismatch.orders import following
 from bench.mismatch.orders.periodic import Periodic
 from bench.mismatch.orders.revolutions import Revolution
 from bench.mismatch.orders.series import calibrate
 from bench.mismatch.problems import base_of
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.simulation_file import _kept, _term
+from bench.mismatch.unnamed import following
 from bench.mismatch.unnamed.formula_regressor import from_row
 from bench.simulation import Simulation
 from bench.simulation.frame import FloatArray, recording_starts
