@@ -50,15 +50,6 @@ def _loosening(frame: Frame, point: Point) -> FloatArray:
     return columns((frame.time > point[0]).astype(np.float64))
 
 
-def _shifts(frame: Frame) -> tuple[Point, ...]:
-    span = float(np.ptp(frame.time)) or 1.0
-    return tuple((moment * span, width * span) for moment in np.linspace(0.1, 0.9, 9) for width in (0.03, 0.1))
-
-
-def _shift(frame: Frame, point: Point) -> FloatArray:
-    return columns(np.tanh((frame.time - point[0]) / point[1]))
-
-
 def _travelled(frame: Frame, _: Point) -> FloatArray:
     return columns(frame.travel / 100.0)
 
@@ -72,17 +63,14 @@ C_T = Symbol("c_t", "rad/h", "drift an hour")
 C_E = Symbol("c_e", "rad", "drift in the end")
 C_L = Symbol("c_l", "rad", "drift per factor e of time")
 C_S = Symbol("c_s", "rad", "step of the offset")
-C_H = Symbol("c_h", "rad", "half of the shift")
 C_D = Symbol("c_d", "rad", "drift per 100 rad run at the output")
 C_K = Symbol("c_k", "rad/h", "growth of the compliance per kN*m and hour")
 T_C = Symbol("t_c", "s", "time constant", 0.0)
-T_0 = Symbol("t_0", "s", "middle of the shift", 0.0)
-T_W = Symbol("t_w", "s", "its width", 0.0)
 
 TERM = Term(
     effect="te.drift_time",
     name="slow drift of the transmission error with time",
-    equation="TE += c_t*t; or creep c_e*(1 - exp(-t/t_c)); or a step or a shift when something loosened",
+    equation="TE += c_t*t; or creep c_e*(1 - exp(-t/t_c)); or a step when something loosened",
     reference="Findley, Creep and Relaxation (1976); ISO 230-3 for drift tests",
     where="transmission_error's offset through the campaign",
     forms={
@@ -91,7 +79,6 @@ TERM = Term(
             Form("creep", _creep, (C_E,), (T_C,), _scales, equation="TE += c_e*(1 - exp(-t/t_c))"),
             Form("logarithmic", _logarithmic, (C_L,), (T_C,), _scales, equation="TE += c_l*log(1 + t/t_c)"),
             Form("loosening", _loosening, (C_S,), (T_C,), _steps, equation="TE += c_s, after t = t_c"),
-            Form("shift", _shift, (C_H,), (T_0, T_W), _shifts, equation="TE += c_h*tanh((t - t_0)/t_w)"),
             Form("distance", _travelled, (C_D,), equation="TE += c_d*s/(100 rad), s: distance run at the output"),
             Form("compliance", _compliance, (C_T, C_K), equation="TE += c_t*t + c_k*t*tau/(1 kN*m)"),
         )

@@ -1,6 +1,4 @@
-"""Forms that were added for what others' benches do: a housing that has come to rest, a gain that grows with heat, a
-shift that takes its time.
-"""
+"""Forms that were added for what others' benches do: a housing that has come to rest, a gain that grows with heat."""
 
 from __future__ import annotations
 
@@ -9,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from bench.simulation.frame import ARRAYS, FloatArray, Frame
-from bench.simulation.terms import LIBRARY, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR, Form
+from bench.simulation.terms import LIBRARY, MOTOR_TORQUE, TEMPERATURE, Form
 
 
 def form(effect: str, channel: str, name: str) -> Form:
@@ -47,11 +45,3 @@ def test_a_gain_may_grow_with_the_temperature() -> None:
         frame(torque=load, torque_level=load, temperature=warm), ()
     )
     assert columns @ [0.02, 0.001] == pytest.approx((0.02 + 0.001 * (warm - 25.0)) * load / 185.0)
-
-
-def test_a_shift_is_half_done_in_its_middle() -> None:
-    rows = frame()
-    shift = form("te.drift_time", TRANSMISSION_ERROR, "shift").columns(rows, (3800.0, 60.0))[:, 0]
-    assert shift[600] == pytest.approx(0.0)
-    assert shift[660] == pytest.approx(np.tanh(1.0))
-    assert shift[0] == pytest.approx(-1.0)
