@@ -16,6 +16,7 @@ from bench.mismatch.orders.misread import ENCODER
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.reaction import Reaction, reaction_of
 from bench.mismatch.orders.revolutions import found_in
+from bench.mismatch.orders.scattering import scattering
 from bench.mismatch.orders.shaken import inertia_from_orders, inertia_of, without_shaking
 from bench.mismatch.orders.torques import torque_discoveries
 from bench.mismatch.outcomes import of_search, slots_of
@@ -132,6 +133,7 @@ def analyse(
             out.transmission, out.outcomes[channel] = task.searched()
             assert out.transmission.offset is not None
             out.transmission.offset.close()
+            out.outcomes[channel].scattering = scattering(out.transmission)
             out.reaction = _reaction(out, data, given, seed) if task.reacts(out.transmission) else None
         else:
             reaction = out.reaction if channel == MOTOR_TORQUE else None

@@ -13,8 +13,6 @@ from bench.mismatch.orders import model as orders
 from bench.mismatch.orders.beyond_orders import beyond_orders
 from bench.mismatch.orders.discoveries import discoveries as of_orders
 from bench.mismatch.orders.model import TransmissionModel
-from bench.mismatch.orders.periodic import Periodic
-from bench.mismatch.orders.scattering import scattering
 from bench.mismatch.recordings.beginning import at_start, risen
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.vibration import Density
@@ -106,11 +104,8 @@ def of_transmission(model: TransmissionModel, data: Dataset, seed: int, formulas
     offset_model = offset.model
     offset_model.compare_recordings()
     periodic = model.periodic.evaluate(frame) if model.periodic is not None else np.zeros(frame.size)
-    given = np.zeros(frame.size)
-    if model.plain is not None:
-        given = Periodic(model.plain, laws=model.given.laws).evaluate(frame)
     level = offset_model.predict(frame)
-    before = given + offset_model.predict(frame, [], offset_model.refitted([]))
+    before = model.given_orders + offset_model.predict(frame, [], offset_model.refitted([]))
     held = np.isin(frame.recording, list(data.held_out()))
     floor = offset_model.floor
     spread = model.seen.white if model.seen is not None else np.zeros(0)
@@ -133,7 +128,6 @@ def of_transmission(model: TransmissionModel, data: Dataset, seed: int, formulas
         outcome.doubt = float(np.mean(model.periodic.series.variance(x, part.last_direction)))
         outcome.doubt += uncertainty(offset_model, frame, outcome.held_out, model.rows.number)
     outcome.levels = offset_model.fit.variance
-    outcome.scattering = scattering(model)
     outcome.discoveries += found
     left = model.rows.y - periodic
     told = of_regression(offset, slots, level, model.compared, frame, left)

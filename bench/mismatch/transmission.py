@@ -15,7 +15,6 @@ from bench.mismatch.orders import model as orders
 from bench.mismatch.orders.misread import torque_check
 from bench.mismatch.orders.model import KnownOffset, TransmissionModel, misleading
 from bench.mismatch.orders.of_motor import multiples
-from bench.mismatch.orders.periodic import Periodic
 from bench.mismatch.orders.reaction import reaction_of
 from bench.mismatch.orders.shaft import PHASES
 from bench.mismatch.orders.sight import known_orders
@@ -74,7 +73,7 @@ class Task:
         _close(model)
         less = replace(self, rows=replace(self.rows, y=self.rows.y - added))
         again, other = less._beside_a_tone()
-        beyond = added + _given_orders(again) - _given_orders(model)
+        beyond = added + again.given_orders - model.given_orders
         told = following.as_discovery(again, found, beyond)
         if told is None or not _leaves_less(other, outcome):
             _close(again)
@@ -189,13 +188,6 @@ class Task:
         )
 
 
-def _given_orders(model: TransmissionModel) -> FloatArray:
-    """What the orders of the simulation add at the rows of a model (n,), as calibrated there."""
-    if model.plain is None:
-        return np.zeros(model.rows.size)
-    return Periodic(model.plain, laws=model.given.laws).evaluate(model.rows.frame)
-
-
 def _put(told: Discovery, state: bool, outcome: ChannelOutcome) -> None:
     """Put orders that follow something among an outcome's findings. How an order that the simulation has not depends on
     what is recorded is a property of that order; of a ``state`` nothing recorded tells. A law of the same orders, with
@@ -206,34 +198,27 @@ def _put(told: Discovery, state: bool, outcome: ChannelOutcome) -> None:
         same = [d for d in outcome.discoveries if d.effect in names and d.orders and set(d.orders) <= set(told.orders)]
         outcome.discoveries = [d for d in outcome.discoveries if all(d is not law for law in same)]
         for law in same:
-            told = _with_law(told, law)
-    number = next((k for k, d in enumerate(outcome.discoveries) if d.effect == HARMONIC), None)
-    plain = None if number is None else outcome.discoveries[number]
-    if plain is None or number is None or state or not set(told.orders) <= set(plain.orders):
+            told = _joined(told, law)
+    plain = next((d for d in outcome.discoveries if d.effect == HARMONIC), None)
+    if plain is None or state or not set(told.orders) <= set(plain.orders):
         outcome.discoveries.append(told)
         return
-    outcome.discoveries[number] = replace(
-        plain,
-        added=plain.added + told.added,
-        equation=f"{plain.equation}; {told.equation}",
-        parameters=plain.parameters + told.parameters,
-        simulation_rows=plain.simulation_rows + tuple({**row, "effect": HARMONIC} for row in told.simulation_rows),
-        numbers=plain.numbers + told.numbers,
-        excess=None if plain.excess is None else plain.excess + told.beyond,
-        everywhere=None,
-    )
+    rows = tuple({**row, "effect": HARMONIC} for row in told.simulation_rows)
+    whole = _joined(plain, replace(told, simulation_rows=rows))
+    outcome.discoveries = [whole if d is plain else d for d in outcome.discoveries]
 
 
-def _with_law(told: Discovery, law: Discovery) -> Discovery:
-    """Orders that follow something, with a law of theirs."""
+def _joined(first: Discovery, second: Discovery) -> Discovery:
+    """Two discoveries of the same orders as one, the first."""
     return replace(
-        told,
-        equation=f"{told.equation}; {law.equation}",
-        parameters=told.parameters + law.parameters,
-        added=told.added + law.added,
-        excess=told.beyond + law.beyond,
-        simulation_rows=told.simulation_rows + law.simulation_rows,
-        numbers=told.numbers + law.numbers,
+        first,
+        equation=f"{first.equation}; {second.equation}",
+        parameters=first.parameters + second.parameters,
+        added=first.added + second.added,
+        excess=None if first.excess is None else first.excess + second.beyond,
+        everywhere=None,
+        simulation_rows=first.simulation_rows + second.simulation_rows,
+        numbers=first.numbers + second.numbers,
     )
 
 

@@ -55,18 +55,16 @@ class Quantity:
     values: Callable[[Frame], FloatArray]
 
 
-def _above_last(words: str, seconds: float) -> Quantity:
-    """The temperature above its own average (first-order lag of so many ``seconds``) over the campaign."""
+def _above_lagged(words: str, seconds: float) -> Quantity:
+    """The temperature above its own average (first-order lag of so many ``seconds``) over the campaign, which
+    ``words`` call: what warms more slowly than the gearbox, or from one side, is behind.
+    """
     lagged = partial(campaign_lag, constant=seconds)
-    label = f"temperature above that of the last {words}"
-    return Quantity(label, "K", lambda f: f.temperature - through(_temperature, f, lagged))
+    return Quantity(f"temperature above {words}", "K", lambda f: f.temperature - through(_temperature, f, lagged))
 
 
 def _risen(seconds: float) -> Quantity:
-    """The temperature above its own, lagged: what warms more slowly than the gearbox, or from one side, is behind."""
-    lagged = partial(campaign_lag, constant=seconds)
-    label = f"temperature above its own, lagged by {seconds:g} s"
-    return Quantity(label, "K", lambda f: f.temperature - through(_temperature, f, lagged))
+    return _above_lagged(f"its own, lagged by {seconds:g} s", seconds)
 
 
 def _recent(words: str, unit: str, values: Callable[[Frame], FloatArray], seconds: float) -> Quantity:
@@ -191,9 +189,9 @@ QUANTITIES: dict[str, Quantity] = _Known(
         "load": Quantity("size of the load torque", "N*m", lambda f: np.abs(f.torque_level)),
         "load_motor_torque": Quantity("load motor's torque", "N*m", lambda f: f.load_motor_level),
         "temperature": Quantity("temperature", "degC", lambda f: f.temperature),
-        "quick_warming": _above_last("two minutes", QUICK_WARMING_S),
-        "warming": _above_last("minutes", WARMING_S),
-        "slow_warming": _above_last("half hour", SLOW_WARMING_S),
+        "quick_warming": _above_lagged("that of the last two minutes", QUICK_WARMING_S),
+        "warming": _above_lagged("that of the last minutes", WARMING_S),
+        "slow_warming": _above_lagged("that of the last half hour", SLOW_WARMING_S),
         "time": Quantity("time", "s", lambda f: f.time),
         "travel": Quantity("distance run", "rad", lambda f: f.travel),
         "angle": Quantity("output angle", "rad", lambda f: np.mod(f.q, 2.0 * np.pi)),

@@ -8,11 +8,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
-from bench.mismatch import criteria
-from bench.mismatch.orders.law_scores import RANK, Amplitudes, amplitudes, misfit, stacked, tangent
+from bench.mismatch.orders.law_scores import (
+    RANK,
+    Amplitudes,
+    amplitudes,
+    is_beyond_polynomials,
+    misfit,
+    stacked,
+    whitened,
+)
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.revolutions import Complex, Revolution, passed
 from bench.simulation.frame import FloatArray
@@ -38,25 +44,14 @@ def _straight(data: Amplitudes) -> FloatArray:
     return np.asarray(left[:, values > RANK * values.max()])
 
 
-def _whitened(data: Amplitudes, k: int) -> tuple[FloatArray, FloatArray]:
-    """Cholesky factor (2*revolutions, 2*revolutions) of the covariance of an order's vectors, the polynomials' freedom
-    in it; what is left of them, whitened (2*revolutions,).
-    """
-    columns, centre = tangent(data, k)
-    sigma = np.concatenate([data.sigma[:, k]] * 2)
-    lower = np.linalg.cholesky(WIDE**2 * columns @ columns.T + np.diag(sigma**2))
-    left = solve_triangular(lower, stacked(data.vectors[:, k] - centre), lower=True)
-    return np.asarray(lower), np.asarray(left)
-
-
 @dataclass(frozen=True, slots=True)
 class Sight:
     """What the polynomials leave of ``orders`` of the series in the training ``revolutions``: ``left`` (orders,
     2*revolutions), whitened by Cholesky factors ``lowers`` of their freedom and the noise ``sigma`` (orders,
     2*revolutions), behind the ``response`` (revolutions, orders) of modes. ``of_laws``: what other laws gain, without
-    which all this is seen. An order pays for being chosen among ``many``. ``monomials``: of each direction its
-    revolutions and the polynomials' basis there; ``straight`` (revolutions, k): orthonormal basis of straight lines
-    over load, speed and temperature in either direction.
+    which all this is seen. An order pays for being chosen among ``many``. ``data``: all orders as they are seen;
+    ``straight`` (revolutions, k): orthonormal basis of straight lines over load, speed and temperature in either
+    direction.
     """
 
     revolutions: tuple[Revolution, ...]
@@ -67,7 +62,7 @@ class Sight:
     response: Complex
     of_laws: float
     many: int
-    monomials: tuple[tuple[NDArray[np.bool_], FloatArray], ...]
+    data: Amplitudes
     straight: FloatArray
 
     @classmethod
@@ -81,32 +76,24 @@ class Sight:
         if data is None or not data.regular.any():
             return None
         chosen = np.flatnonzero(data.regular)
-        seen = [_whitened(data, int(k)) for k in chosen]
-        sides = [(data.direction * side > 0, scaling) for side, scaling in data.series.scaling.items()]
+        lowers, left = whitened(data, WIDE)
         held = {id(law) for law in kept}
         return cls(
             tuple(model.training_revolutions),
             tuple(data.orders[k] for k in chosen),
-            np.array([left for _, left in seen]),
-            tuple(lower for lower, _ in seen),
+            left[chosen],
+            tuple(lowers[k] for k in chosen),
             np.vstack([data.sigma[:, chosen]] * 2).T,
             passed(kept, model.training_revolutions, data.orders)[:, chosen],
             sum(law.gain for law in model.periodic.laws if id(law) not in held),
             chosen.size,
-            tuple((rows, scaling.monomials(data.x[rows])) for rows, scaling in sides if rows.any()),
+            data,
             _straight(data),
         )
 
     def beyond_polynomials(self, course: FloatArray) -> bool:
-        """Whether a ``course`` (revolutions,) varies in a way that no polynomial of the series can say, but for a share
-        of it.
-        """
-        left = whole = 0.0
-        for rows, basis in self.monomials:
-            values = course[rows]
-            left += float(np.sum((values - basis @ np.linalg.lstsq(basis, values, rcond=RANK)[0]) ** 2))
-            whole += float(np.sum((values - values.mean()) ** 2))
-        return whole > RANK**2 * float(np.sum(course**2)) and left > criteria.LAW_BEYOND * whole
+        """Whether a ``course`` (revolutions,) says what no polynomial of the series can."""
+        return is_beyond_polynomials(course, self.data)
 
     def less(self, chosen: Sequence[int]) -> Sight:
         """The same with some of the orders."""

@@ -112,15 +112,15 @@ def tangent(data: Amplitudes, k: int) -> tuple[FloatArray, Complex]:
     return np.hstack(blocks), centre
 
 
-def whitened(data: Amplitudes) -> tuple[list[FloatArray], FloatArray]:
-    """Cholesky factor of each order's covariance, polynomials' freedom in it; its residual, whitened
-    (orders, 2*revolutions).
+def whitened(data: Amplitudes, wide: float = 1.0) -> tuple[list[FloatArray], FloatArray]:
+    """Cholesky factor of each order's covariance, polynomials' freedom in it, so many times ``wide`` as the orders have
+    shown; its residual, whitened (orders, 2*revolutions).
     """
     lowers, flat = [], []
     for k in range(len(data.orders)):
         columns, centre = tangent(data, k)
         sigma = np.concatenate([data.sigma[:, k]] * 2)
-        lower = np.linalg.cholesky(columns @ columns.T + np.diag(sigma**2))
+        lower = np.linalg.cholesky(wide**2 * columns @ columns.T + np.diag(sigma**2))
         lowers.append(np.asarray(lower))
         flat.append(np.asarray(solve_triangular(lower, stacked(data.vectors[:, k] - centre), lower=True)))
     return lowers, np.array(flat)
@@ -191,23 +191,24 @@ def factors(data: Amplitudes) -> list[Law]:
         for effect, form, name, points in tried
         for point in points
     ]
-    return [law for law in laws if _beyond_polynomials(law, data) > criteria.LAW_BEYOND]
+    courses = (value(law.effect, law.form, law.point, data.x, data.time, law.reference) for law in laws)
+    return [law for law, g in zip(laws, courses, strict=True) if is_beyond_polynomials(g, data)]
 
 
-def _beyond_polynomials(law: Law, data: Amplitudes) -> float:
-    """Share of a law's variation over the revolutions of a direction that no polynomial of the series can say.
+def is_beyond_polynomials(g: FloatArray, data: Amplitudes) -> bool:
+    """Whether a course ``g`` (revolutions,) varies over the revolutions of a direction in a way that no polynomial of
+    the series can say, but for :data:`criteria.LAW_BEYOND` of it.
 
     With two speeds every function of speed is a straight line: what such a law gains, it gains from the polynomials'
     prior and not from the recordings. So it does where the quantity stays as it is, but for rounding.
     """
-    g = value(law.effect, law.form, law.point, data.x, data.time, law.reference)
     left, whole = 0.0, 0.0
     for side, scaling in data.series.scaling.items():
         on_side = data.direction * side > 0
         basis = scaling.monomials(data.x[on_side])
         left += float(np.sum((g[on_side] - basis @ np.linalg.lstsq(basis, g[on_side], rcond=RANK)[0]) ** 2))
         whole += float(np.sum((g[on_side] - g[on_side].mean()) ** 2))
-    return left / whole if whole > RANK**2 * float(np.sum(g**2)) else 0.0
+    return whole > RANK**2 * float(np.sum(g**2)) and left > criteria.LAW_BEYOND * whole
 
 
 def changes_of(data: Amplitudes, white: Sequence[FloatArray], laws: Sequence[Law]) -> list[FloatArray]:

@@ -143,6 +143,13 @@ class TransmissionModel:
         return self.rows.y if self.tone is None else self.rows.y - self.tone
 
     @property
+    def given_orders(self) -> FloatArray:
+        """What the orders of the simulation add at the rows (n,), as calibrated."""
+        if self.plain is None:
+            return np.zeros(self.rows.size)
+        return Periodic(self.plain, laws=self.given.laws).evaluate(self.rows.frame)
+
+    @property
     def compared(self) -> FloatArray:
         """Samples of each row (n,) that are compared."""
         return np.where(self.inside, self.rows.number, 0.0)

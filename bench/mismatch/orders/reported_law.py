@@ -14,6 +14,7 @@ from bench.mismatch.orders.laws import FoundLaw
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.periodic import Periodic
 from bench.mismatch.orders.reported import Row, parameter, probability, strong
+from bench.mismatch.regression.windows import strongest
 from bench.simulation.frame import FloatArray, IntArray
 from bench.simulation.laws import EACH, MODES, RESONANCE, Law
 from bench.simulation.terms import LIBRARY, TRANSMISSION_ERROR
@@ -47,21 +48,13 @@ def of_law(model: TransmissionModel, found: FoundLaw, before: Periodic) -> Disco
     excess, everywhere = _beyond(model, law)
     if of_one_recording(model.compared * excess**2, frame.recording):
         return None
-    term = LIBRARY.get(law.effect)
     quantity = law.variables[0]
     alternatives = tuple(
         RefittedAlternative(other.effect, _law_words(other), loss, error, share, loss < error, of_fitted=True)
         for other, loss, error, share in found.alternatives
     )
     real = probability(found.p_value)
-    status, share = UNKNOWN, found.share
-    if term is not None:
-        names = [
-            part
-            for alternative, (*_, part) in zip(alternatives, found.alternatives, strict=True)
-            if _as_good(alternative)
-        ]
-        status, share = (AMBIGUOUS, share + sum(names)) if names else (NAMED, share)
+    status, share = status_of(law.effect, found.share, alternatives)
     touched = _moved(model, before, law.orders)
     return Discovery(
         effect=law.effect,
@@ -84,9 +77,14 @@ def of_law(model: TransmissionModel, found: FoundLaw, before: Periodic) -> Disco
     )
 
 
-def _as_good(alternative: RefittedAlternative) -> bool:
-    """Whether a law of another name is not told apart from the one found."""
-    return alternative.as_good and alternative.effect in LIBRARY
+def status_of(effect: str, share: float, alternatives: Sequence[RefittedAlternative]) -> tuple[str, float]:
+    """Status of an effect that has a ``share`` of the likelihood among its alternatives, and the share that its status
+    rests on: of an ambiguous one those of the names that are not told apart from it with it.
+    """
+    if effect not in LIBRARY:
+        return UNKNOWN, share
+    names = [other.weight for other in alternatives if other.as_good and other.effect in LIBRARY]
+    return (AMBIGUOUS, share + sum(names)) if names else (NAMED, share)
 
 
 def _beyond(model: TransmissionModel, law: Law) -> tuple[FloatArray, FloatArray]:
@@ -138,10 +136,7 @@ def _moved(model: TransmissionModel, before: Periodic, orders: Sequence[float]) 
     assert model.periodic is not None
     now = model.periodic.at_revolutions(model.training_revolutions, orders)
     then = before.at_revolutions(model.training_revolutions, orders)
-    energy = np.sum(np.abs(now - then) ** 2, axis=0)
-    order = np.argsort(-energy)
-    enough = int(np.searchsorted(np.cumsum(energy[order]), 0.9 * energy.sum())) + 1
-    return tuple(float(orders[k]) for k in order[:enough])
+    return tuple(float(orders[k]) for k in strongest(np.sum(np.abs(now - then) ** 2, axis=0)))
 
 
 def _law_parameters(found: FoundLaw) -> list[Row]:

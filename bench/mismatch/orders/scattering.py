@@ -11,9 +11,7 @@ from bench.mismatch import criteria
 from bench.mismatch.orders.law_scores import PRIOR_REVOLUTIONS, amplitudes, whitened
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.revolutions import passed
-
-HELD = 0.9
-"""share of what scatters that the orders told of hold"""
+from bench.mismatch.regression.windows import strongest
 
 
 def scattering(model: TransmissionModel) -> tuple[tuple[float, ...], float]:
@@ -34,9 +32,4 @@ def scattering(model: TransmissionModel) -> tuple[tuple[float, ...], float]:
     response = passed(model.periodic.laws, model.training_revolutions, data.orders)
     sigma = np.median(data.sigma * np.abs(response), axis=0)
     square = np.where(rare, (ratio - 1.0) * sigma**2, 0.0)
-    order = np.argsort(-square)
-    total = float(square.sum())
-    if total == 0.0:
-        return (), 0.0
-    enough = int(np.searchsorted(np.cumsum(square[order]), HELD * total)) + 1
-    return tuple(float(data.orders[k]) for k in order[:enough]), total
+    return tuple(float(data.orders[k]) for k in strongest(square)), float(square.sum())

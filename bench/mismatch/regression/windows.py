@@ -29,11 +29,11 @@ def acting(angle: FloatArray, course: FloatArray, number: FloatArray) -> tuple[t
         return ()
     # a calibration takes the mean off: what stands at the usual level does not act
     density = (mean - np.median(mean)) ** 2
-    strongest = _strongest(density)
-    if not 0 < strongest.size <= WIDEST * BINS:
+    most = strongest(density)
+    if not 0 < most.size <= WIDEST * BINS:
         return ()
     inside = np.zeros(BINS, dtype=bool)
-    inside[strongest] = True
+    inside[most] = True
     # a passage through zero is no end of a window
     inside |= np.roll(inside, 1) & np.roll(inside, -1)
     step = 2.0 * np.pi / BINS
@@ -60,7 +60,7 @@ def orders(angle: FloatArray, course: FloatArray, number: FloatArray) -> tuple[f
     mean = _density(angle, course, number)
     if mean is None:
         return ()
-    return tuple(float(k + 1) for k in _strongest(np.abs(np.fft.rfft(mean)[1 : HIGHEST + 1]) ** 2))
+    return tuple(float(k + 1) for k in strongest(np.abs(np.fft.rfft(mean)[1 : HIGHEST + 1]) ** 2))
 
 
 def orders_of_each(angle: FloatArray, values: FloatArray, number: FloatArray, recording: IntArray) -> tuple[float, ...]:
@@ -72,12 +72,12 @@ def orders_of_each(angle: FloatArray, values: FloatArray, number: FloatArray, re
         mean = _density(angle[rows], values[rows], number[rows])
         if mean is not None:
             power += np.abs(np.fft.rfft(mean)) ** 2 * np.append(1.0, np.full(BINS // 2, 2.0)) * number[rows].sum()
-    rows = _strongest(power)
+    rows = strongest(power)
     known = rows.size <= FEW and np.all((rows > 0) & (rows <= HIGHEST))
     return tuple(float(k) for k in rows) if known else ()
 
 
-def _strongest(energy: FloatArray) -> IntArray:
+def strongest(energy: FloatArray) -> IntArray:
     """Numbers of the fewest parts that hold nine tenths of an energy (n,), strongest first; none if it is nil."""
     order = np.argsort(-energy, kind="stable")
     held = np.cumsum(energy[order])

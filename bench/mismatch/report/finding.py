@@ -206,9 +206,10 @@ def _why_not(other: RefittedAlternative) -> str:
         return "the recordings cannot tell the two apart: nothing in them differs between these"
     error = f" ± {other.error:.1f}" if np.isfinite(other.error) else ""
     more = "less" if other.loss >= 0 else "more"
-    text = f"refitted in its place it gives points left out {abs(other.loss):.1f}{error} {more} log density"
+    much = f"{abs(other.loss):.1f}{error} {more}"
+    text = f"refitted in its place it gives points left out {much} log density"
     if other.of_fitted:
-        text = f"refitted in its place it has {abs(other.loss):.1f}{error} {more} log-likelihood, its numbers paid for"
+        text = f"refitted in its place it has {much} log-likelihood, its numbers paid for"
     elif np.isfinite(other.weight):
         sure = f"below {LEAST_WEIGHT:g}" if other.weight < LEAST_WEIGHT else f"{other.weight:.2g}"
         text += f"; probability {sure} that it predicts best, its numbers counted"

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from bench.mismatch.discovery import ABOVE, BELOW, NAMED, UNNAMED, ChannelOutcome, Discovery
 from bench.mismatch.recordings.dataset import Dataset
+from bench.mismatch.regression import windows
 from bench.mismatch.report.figures import energy
 from bench.mismatch.report.smallest import interval, pieces, steps
 from bench.mismatch.report.truth import truth_of
@@ -262,12 +263,7 @@ def by_recording(frame: Frame, values: FloatArray) -> FloatArray:
 
 def strongest(energies: FloatArray) -> list[int]:
     """Recordings of the largest of ``energies`` (recordings,), in order: the fewest that hold ``HELD`` of it."""
-    held = np.maximum(energies, 0.0)
-    order = np.argsort(-held, kind="stable")
-    total = np.cumsum(held[order])
-    if total.size == 0 or total[-1] <= 0.0:
-        return []
-    return [int(r) for r in order[: int(np.searchsorted(total, HELD * total[-1])) + 1]]
+    return windows.strongest(np.maximum(energies, 0.0)).tolist() if energies.size else []
 
 
 def _iso(posix: float) -> str:

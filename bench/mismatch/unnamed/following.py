@@ -15,12 +15,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.discovery import AMBIGUOUS, NAMED, UNKNOWN, Discovery, RefittedAlternative
+from bench.mismatch.discovery import Discovery, RefittedAlternative
 from bench.mismatch.orders.beside_polynomials import Sight
 from bench.mismatch.orders.courses import Course, Means, courses_over
 from bench.mismatch.orders.lowest import lowest
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.reported import probability, strong
+from bench.mismatch.orders.reported_law import status_of
 from bench.mismatch.orders.revolutions import Complex
 from bench.mismatch.regression.maxima import tail, tail_rate
 from bench.mismatch.unnamed.formula_parts import Constant
@@ -133,14 +134,11 @@ def as_discovery(model: TransmissionModel, found: Following, excess: FloatArray)
         )
         for other, loss, error, share in found.alternatives
     )
-    named = course.effect in LIBRARY
-    as_good = [a for a in alternatives if a.as_good and a.effect in LIBRARY]
-    own = 1.0 - sum(a.weight for a in alternatives)
-    share = own + sum(a.weight for a in as_good) if named else own
+    status, share = status_of(course.effect, 1.0 - sum(a.weight for a in alternatives), alternatives)
     real = probability(found.p_value)
     return Discovery(
         effect=course.effect,
-        status=(AMBIGUOUS if as_good else NAMED) if named else UNKNOWN,
+        status=status,
         confidence=None if real is None else real * share,
         channel=TRANSMISSION_ERROR,
         words=_words(course, found.orders),
@@ -169,8 +167,8 @@ def _refined(sight: Sight, means: Means, course: Course) -> Course:
     """A course with the numbers with which it gains most about those of the table."""
     if not course.point:
         return course
-    begin = float(sight.gains(means(course)).sum())
-    chosen = np.flatnonzero(sight.gains(means(course)) > 0.0).tolist()
+    begun = sight.gains(means(course))
+    chosen = np.flatnonzero(begun > 0.0).tolist()
     few = sight.less(chosen) if chosen else sight
 
     def loss(logarithms: FloatArray) -> float:
@@ -178,5 +176,5 @@ def _refined(sight: Sight, means: Means, course: Course) -> Course:
 
     found = lowest(loss, np.zeros(len(course.point)), np.full(len(course.point), STEP), MOST)
     moved = course.moved(found)
-    better = sight.beyond_polynomials(means(moved)) and float(sight.gains(means(moved)).sum()) > begin
+    better = sight.beyond_polynomials(means(moved)) and float(sight.gains(means(moved)).sum()) > float(begun.sum())
     return moved if better else course

@@ -12,12 +12,14 @@ def _grid(_: Frame) -> tuple[Point, ...]:
 
 
 def _housing(frame: Frame, point: Point) -> FloatArray:
-    housing = campaign_lag(frame.temperature, frame, point[0])
-    return columns(-integral(frame.temperature - housing, frame))
+    return _cooled_by(campaign_lag(frame.temperature, frame, point[0]), frame)
 
 
 def _rested(frame: Frame, point: Point) -> FloatArray:
-    housing = lag(frame.temperature, frame, point[0])
+    return _cooled_by(lag(frame.temperature, frame, point[0]), frame)
+
+
+def _cooled_by(housing: FloatArray, frame: Frame) -> FloatArray:
     return columns(-integral(frame.temperature - housing, frame))
 
 
