@@ -48,6 +48,13 @@ class RefittedAlternative:
     left: FloatArray | None = field(default=None, repr=False)
     of_fitted: bool = False
 
+    @classmethod
+    def of_revolutions(cls, effect: str, words: str, loss: float, error: float, weight: float) -> RefittedAlternative:
+        """Of fitted revolutions. ``error`` is over the orders, and one order has none: within odds of twenty to one no
+        two explanations are told apart.
+        """
+        return cls(effect, words, loss, error, weight, loss < max(error, criteria.RICHER), of_fitted=True)
+
 
 @dataclass(frozen=True, slots=True)
 class Discovery:

@@ -32,8 +32,7 @@ from bench.mismatch.power_zeros import (
 from bench.mismatch.recordings.beginning import START_S, at_start, risen
 from bench.mismatch.recordings.collected import Collected
 from bench.mismatch.recordings.level import means_of_segments
-from bench.mismatch.recordings.motion import Manner
-from bench.mismatch.recordings.notch import notched, ripple_orders
+from bench.mismatch.recordings.notch import notched
 from bench.mismatch.recordings.prepared import Folder, Prepared, prepare
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.recordings.source import of_one_campaign
@@ -326,7 +325,7 @@ def predictions_of(
     whole = of_one_campaign(recordings) if only is None else list(recordings)
     beside = Path(model).resolve().parent if isinstance(model, str | Path) else Path.cwd()
     base = base_of(simulation.extra, beside)
-    folder = Folder(whole[0].started_at.timestamp(), Manner.of(whole), ripple_orders(whole), base)
+    folder = Folder.of(whole, base)
     predictor = Predictor(Given.of(simulation))
     travelled = [0.0]
     rows = Collected()

@@ -50,7 +50,7 @@ def of_law(model: TransmissionModel, found: FoundLaw, before: Periodic) -> Disco
         return None
     quantity = law.variables[0]
     alternatives = tuple(
-        RefittedAlternative(other.effect, _law_words(other), loss, error, share, loss < error, of_fitted=True)
+        RefittedAlternative.of_revolutions(other.effect, _law_words(other), loss, error, share)
         for other, loss, error, share in found.alternatives
     )
     real = probability(found.p_value)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import finufft
 import numpy as np
@@ -16,12 +17,11 @@ from scipy import stats
 from scipy.ndimage import median_filter, uniform_filter1d
 
 from bench.mismatch import criteria
+from bench.mismatch.recordings.late import Complex, lags_tried
 from bench.recording import Recording
 from bench.simulation.frame import FloatArray
 from bench.simulation.sines import phasors
 from bench.simulation.waves import of_orders
-
-Complex = NDArray[np.complex128]
 
 ACCURACY = 1e-9
 """relative, of spectra over angles"""
@@ -49,14 +49,27 @@ def spectrum(theta: FloatArray, values: FloatArray, highest: int) -> Complex:
     return np.asarray(full[highest:])
 
 
-def ripple_orders(recordings: Sequence[Recording]) -> tuple[float, ...]:
-    """Orders per output revolution of the load motor's ripple; none where nothing of the kind stands out.
+@dataclass(frozen=True, slots=True)
+class Lines:
+    """What the torque sensor reads at the orders 0 … highest of the output's revolution in steady motion.
 
-    Looked for in what the torque sensor reads beyond the load motor's torque, with one phase in all recordings.
+    ``torque``, ``shaken`` (recordings, orders): as measured, and the load's acceleration there, both over the noise of
+    their recording; ``one`` (recordings,): a ripple of 1 N·m over that noise; ``speed`` (recordings,): of the output,
+    rad/s, positive and negative.
     """
+
+    torque: Complex
+    shaken: Complex
+    one: FloatArray
+    speed: FloatArray
+
+
+def steady_lines(recordings: Sequence[Recording]) -> Lines | None:
+    """Lines of some of the recordings, spread over the campaign; None where too few of them run steadily."""
     seen: list[Complex] = []
     levels: list[float] = []
     shaken: list[Complex] = []
+    speeds: list[float] = []
     highest = 12 * MOST_POLE_PAIRS + 2 * _NEIGHBOURS
     having = [r for r in recordings if {"load_torque", "load_angle"} <= set(r.specs)]
     steady = [(r, part) for r in having if (part := r.longest_steady()) is not None]
@@ -76,10 +89,19 @@ def ripple_orders(recordings: Sequence[Recording]) -> tuple[float, ...]:
         levels.append(max(float(np.median(np.abs(line))), 1e-300))
         seen.append(line / levels[-1])
         shaken.append(_shaking(recording, values, taper, highest) / levels[-1])
+        speeds.append(float(angle[-1] - angle[0]) * float(recording.sample_rate) / (angle.size - 1))
     if len(seen) < criteria.FEWEST_RECORDINGS:
-        return ()
-    torques, one = np.array(seen), 1.0 / np.array(levels)
-    lines = _without_inertia(torques, np.array(shaken))
+        return None
+    return Lines(np.array(seen), np.array(shaken), 1.0 / np.array(levels), np.array(speeds))
+
+
+def orders_of(seen: Lines) -> tuple[float, ...]:
+    """Orders per output revolution of the load motor's ripple in lines; none where nothing of the kind stands out.
+
+    Looked for in what the torque sensor reads beyond the load's inertia, with one phase in all recordings.
+    """
+    torques, one = seen.torque, seen.one
+    lines = _without_inertia(torques, seen.shaken)
     pairs = np.arange(1, MOST_POLE_PAIRS + 1)
     # a ripple stands out in the torque itself: taking off the inertia of what only an encoder misreads would make one
     measured, beside = (np.abs(one @ of) ** 2 for of in (torques, lines))
@@ -89,7 +111,8 @@ def ripple_orders(recordings: Sequence[Recording]) -> tuple[float, ...]:
     # two orders of each number of pole pairs are asked
     least = float(stats.f.isf(criteria.ERROR_RATE / strength.size, 2, 2 * (one.size - 1)))
     for k, order in itertools.product((1, 2), 6 * pairs):
-        if _coherence(lines[:, k * order], one) < least:
+        line, turned = lines[:, k * order], seen.speed * float(k * order)
+        if _coherence(line, one) < least and not _coherent_late(line, one, turned, strength.size):
             strength[order // 6 - 1, k - 1] = 0.0
     best = int(np.argmax(strength.max(axis=1)))
     if strength[best].max() < criteria.LINE_POWER:
@@ -149,6 +172,16 @@ def _coherence(line: Complex, one: FloatArray) -> float:
     ripple = np.vdot(one, line) / energy
     scatter = float(np.sum(np.abs(line - one * ripple) ** 2)) / (line.size - 1)
     return energy * float(np.abs(ripple)) ** 2 / max(scatter, 1e-300)
+
+
+def _coherent_late(line: Complex, one: FloatArray, turned: FloatArray, asked: int) -> bool:
+    """Whether vectors (recordings,) are of one ripple that the sensor tells late, among as many orders as are asked;
+    ``turned`` (recordings,): rad by which it turns in a second.
+    """
+    tried = lags_tried(turned, [1.0])
+    freedom = 2 * (one.size - 1) - 1
+    least = float(stats.f.isf(criteria.ERROR_RATE / (asked * tried.size), 2, freedom))
+    return any(_coherence(line * np.exp(-1j * turned * lag), one) > least for lag in tried.tolist())
 
 
 def _line_strength(power: FloatArray, order: int) -> float:

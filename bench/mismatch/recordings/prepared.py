@@ -22,6 +22,7 @@ from bench.mismatch.recordings.faulty import Faulty, stuck
 from bench.mismatch.recordings.level import kept_segments, levelled, numbered
 from bench.mismatch.recordings.motion import Manner, away_from_turns, corners, directions, passing, since_change
 from bench.mismatch.recordings.notch import notched
+from bench.mismatch.recordings.ripple import Ripple, ripple_of
 from bench.mismatch.recordings.runs import Runs, smoothed
 from bench.mismatch.recordings.shaking import count_of, shaken
 from bench.mismatch.recordings.smoothing import SHORTEST, local_quadratic, repaired, window
@@ -78,14 +79,24 @@ class Prepared:
 class Folder:
     """What all recordings of a folder share while they are read.
 
-    ``start``: POSIX time of the campaign's first sample; ``notch``: orders of the load motor's ripple; ``base``: a
-    simulation from elsewhere, whose channels are taken off those measured.
+    ``start``: POSIX time of the campaign's first sample; ``ripple``: of the load motor; ``base``: a simulation from
+    elsewhere, whose channels are taken off those measured.
     """
 
     start: float
     manner: Manner
-    notch: tuple[float, ...]
+    ripple: Ripple = field(default_factory=Ripple)
     base: Base | None = None
+
+    @classmethod
+    def of(cls, recordings: Sequence[Recording], base: Base | None = None) -> Folder:
+        """The folder of some recordings of one campaign, in the order in which they began."""
+        return cls(recordings[0].started_at.timestamp(), Manner.of(recordings), ripple_of(recordings), base)
+
+    @property
+    def notch(self) -> tuple[float, ...]:
+        """Orders of the load motor's ripple per output revolution."""
+        return self.ripple.orders
 
 
 class _Signals:
@@ -198,7 +209,9 @@ def prepare(
         moving = (direction != 0) & ~wild
         whole = kept_segments(load_torque, np.where(moving, 0, -1), moving, manner.torque, rate)
         driven = "load_motor_torque" not in signals and not whole
-        taken["load_torque"] = notched(q, beyond, direction, wild, folder.notch, beside_ripple, driven)
+        # a sensor that tells the torque late has the ripple of where the shaft was
+        told = q - folder.ripple.lag * q_rate
+        taken["load_torque"] = notched(told, beyond, direction, wild, folder.notch, beside_ripple, driven)
         load_torque = load_torque - taken["load_torque"]
     # a bench without torque sensor takes what the load motor reports, or else what was asked for
     acting = load_torque if "load_torque" in signals else load_motor

@@ -14,7 +14,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bench.mismatch.recordings.notch import Complex, spectrum, standing_out
+from bench.mismatch.recordings.late import Complex
+from bench.mismatch.recordings.notch import spectrum, standing_out
 from bench.mismatch.recordings.smoothing import local_quadratic, passed_by, value_passed_by, window
 from bench.recording import Recording
 from bench.simulation.frame import FloatArray

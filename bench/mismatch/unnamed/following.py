@@ -123,15 +123,7 @@ def as_discovery(model: TransmissionModel, found: Following, excess: FloatArray)
         return None
     course = found.course
     alternatives = tuple(
-        RefittedAlternative(
-            other.effect,
-            _words(other, found.orders),
-            loss,
-            error,
-            share,
-            loss < max(error, criteria.RICHER),
-            of_fitted=True,
-        )
+        RefittedAlternative.of_revolutions(other.effect, _words(other, found.orders), loss, error, share)
         for other, loss, error, share in found.alternatives
     )
     status, share = status_of(course.effect, 1.0 - sum(a.weight for a in alternatives), alternatives)

@@ -39,7 +39,7 @@ def read(folder: Path, kinds: tuple[str, ...]) -> Collected:
         write_recording(folder / f"r{number}.h5", header, channels, [Segment("steady", 0, SIZE)], [])
         recording = Recording.open(folder / f"r{number}.h5")
         begun = recording.started_at.timestamp() - number * SIZE / RATE
-        out.add(prepare(recording, number, Folder(begun, MANNER, ()), group=1), NAMES, MANNER)
+        out.add(prepare(recording, number, Folder(begun, MANNER), group=1), NAMES, MANNER)
     return out
 
 

@@ -32,7 +32,7 @@ def about_the_level(folder: Path, sensor: FloatArray, motor: FloatArray | None, 
     write_recording(path, builders.header("r", sample_rate=RATE), channels, [Segment("steady", 0, SIZE)], [])
     recording = Recording.open(path)
     manner = Manner(0.5, 0.06, 1000.0, confirmed=confirmed)
-    frame = prepare(recording, 0, Folder(recording.started_at.timestamp(), manner, ()), group=1).frame
+    frame = prepare(recording, 0, Folder(recording.started_at.timestamp(), manner), group=1).frame
     return (frame.torque - frame.torque_level)[INNER]
 
 
@@ -76,7 +76,7 @@ def test_what_the_load_motor_reports_keeps_its_level_in_ramps_of_the_speed(tmp_p
     segments = [Segment("ramp_up", 0, 400), Segment("steady", 400, SIZE)]
     write_recording(path, builders.header("r", sample_rate=RATE), channels, segments, [])
     recording = Recording.open(path)
-    own = Folder(recording.started_at.timestamp(), Manner(0.5, 0.06, 1000.0), ())
+    own = Folder(recording.started_at.timestamp(), Manner(0.5, 0.06, 1000.0))
     frame = prepare(recording, 0, own, group=1).frame
     assert np.ptp(frame.load_motor_level[400:]) == 0.0
     assert (np.ptp(frame.load_motor_level[:400]) > 300.0) if ramps else (np.ptp(frame.load_motor_level[:400]) == 0.0)

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bench.mismatch.recordings.notch import _coherence, _without_inertia, notched, ripple_orders
+from bench.mismatch.recordings.notch import _coherence, _without_inertia, notched
+from bench.mismatch.recordings.ripple import ripple_of
 from bench.recording import ChannelSpec, Recording, Segment, write_recording
 from tests.bench.recording import builders
 
@@ -23,21 +24,23 @@ ONE = np.ones(len(SPEEDS))
 
 
 def recordings(
-    folder: Path, ripple: float = 0.0, wave: float = 0.0, wavering: float = 0.0, misread: float = 0.0
+    folder: Path, ripple: float = 0.0, wave: float = 0.0, wavering: float = 0.0, misread: float = 0.0, lag: float = 0.0
 ) -> list[Recording]:
     """A load of 500 N·m at each speed: with a ``ripple`` (N·m) of six and twelve times the pole pairs, a ``wave`` (rad)
     of the transmission error at the same orders that shakes the load, and a slow ``wavering`` (N·m) of it.
     ``misread``: a wave that an encoder has there and the load has not, beside one at another order that shakes it.
+    ``lag``: s by which the sensor tells the ripple late; every other recording turns backwards where there is one.
     """
     rng = np.random.default_rng(8)
     time = np.arange(SIZE) / RATE
     made = []
     for number, speed in enumerate(SPEEDS):
+        speed = -speed if lag and number % 2 else speed
         theta = speed * time
         torque = 500.0 + rng.normal(0.0, NOISE, SIZE)
         error = np.zeros(SIZE)
         for order in (6 * PAIRS, 12 * PAIRS):
-            torque += ripple * np.cos(order * theta + 0.3)
+            torque += ripple * np.cos(order * (theta - lag * speed) + 0.3)
             error += wave * np.cos(order * theta + 1.1)
             torque -= INERTIA * (order * speed) ** 2 * wave * np.cos(order * theta + 1.1)
         if misread:
@@ -54,28 +57,39 @@ def recordings(
 
 
 def test_a_ripple_of_one_size_at_six_and_twelve_times_the_pole_pairs_is_found(tmp_path: Path) -> None:
-    assert ripple_orders(recordings(tmp_path, ripple=0.05)) == (270.0, 540.0)
+    assert ripple_of(recordings(tmp_path, ripple=0.05)).orders == (270.0, 540.0)
+
+
+@pytest.mark.parametrize("lag", [0.018, -0.007])
+def test_how_late_the_sensor_tells_the_ripple_is_read_from_its_phase_at_each_speed(tmp_path: Path, lag: float) -> None:
+    seen = ripple_of(recordings(tmp_path, ripple=0.05, lag=lag))
+    assert seen.orders == (270.0, 540.0)
+    assert seen.lag == pytest.approx(lag, abs=5e-4)
+
+
+def test_a_ripple_that_is_told_at_once_has_no_lag(tmp_path: Path) -> None:
+    assert ripple_of(recordings(tmp_path, ripple=0.05)).lag == 0.0
 
 
 def test_a_ripple_is_found_beside_waves_that_shake_the_load(tmp_path: Path) -> None:
-    assert ripple_orders(recordings(tmp_path, ripple=0.05, wave=0.1 * WAVE)) == (270.0, 540.0)
+    assert ripple_of(recordings(tmp_path, ripple=0.05, wave=0.1 * WAVE)).orders == (270.0, 540.0)
 
 
 def test_what_the_inertia_of_the_load_asks_for_is_no_ripple(tmp_path: Path) -> None:
-    assert ripple_orders(recordings(tmp_path, wave=WAVE)) == ()
+    assert ripple_of(recordings(tmp_path, wave=WAVE)).orders == ()
 
 
 def test_what_an_encoder_misreads_is_no_ripple(tmp_path: Path) -> None:
     """Its acceleration is none of the load's: taking off what the inertia would ask for makes a line."""
-    assert ripple_orders(recordings(tmp_path, misread=WAVE)) == ()
+    assert ripple_of(recordings(tmp_path, misread=WAVE)).orders == ()
 
 
 def test_a_slow_wavering_of_the_load_is_no_ripple(tmp_path: Path) -> None:
-    assert ripple_orders(recordings(tmp_path, wavering=0.5)) == ()
+    assert ripple_of(recordings(tmp_path, wavering=0.5)).orders == ()
 
 
 def test_noise_has_no_ripple(tmp_path: Path) -> None:
-    assert ripple_orders(recordings(tmp_path)) == ()
+    assert ripple_of(recordings(tmp_path)).orders == ()
 
 
 def test_the_inertia_of_the_load_is_one_number_for_all_orders() -> None:

@@ -15,7 +15,7 @@ from bench.simulation.frame import FloatArray
 from bench.simulation.memory import integral
 from tests.bench.recording import builders
 
-FOLDER = Folder(builders.header("r").started_at.timestamp(), Manner(0.5, 0.06, 1000.0), ())
+FOLDER = Folder(builders.header("r").started_at.timestamp(), Manner(0.5, 0.06, 1000.0))
 RATE = 100.0
 
 

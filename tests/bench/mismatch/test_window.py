@@ -97,7 +97,7 @@ def test_the_recorded_speed_is_taken_where_it_says_more_than_the_angle(
     recordings = driven(tmp_path, step, late_s)
     manner = Manner.of(recordings)
     assert manner.source in sources
-    folder = Folder(recordings[0].started_at.timestamp(), manner, ())
+    folder = Folder(recordings[0].started_at.timestamp(), manner)
     frame = prepare(recordings[0], 0, folder).frame
     true = 8.5 * np.cos(1.7 * frame.elapsed)
     assert np.std(frame.velocity - true) < 0.05 * np.std(true)

@@ -99,7 +99,7 @@ def dataset(
         )
         out = number in held
         members.append(Member(number, recording, (kind, 0.0, 0.0, 0.0), out, -1 if out else number, f"r{number:02d}"))
-    folder = Folder(START, Manner(0.3, 0.06, 1000.0), ())
+    folder = Folder(START, Manner(0.3, 0.06, 1000.0))
     return Dataset(members, [("bad.h5", "bad.h5 <ends> early")], folder, {channel: rows})
 
 
