@@ -41,15 +41,17 @@ def test_a_count_stays_whole_and_what_follows_a_number_follows_it() -> None:
 
 @pytest.mark.slow
 def test_the_analysis_runs_with_the_changed_number(made: SimpleNamespace, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With a thousand recordings asked for, nothing is told of a folder that has fewer."""
+    """With a thousand recordings asked for, nothing is told of a folder that has fewer, and the report says so."""
     monkeypatch.setitem(criteria_table.FACTORS, "twice", 1000.0 / criteria.FEWEST_RECORDINGS)
     job = Job("clear", made.clear.name, 3, False, made.out, keep=True)
-    plain = criteria_table._analysed(criteria_table.Change(job, "EITHER", "half"))
     none = criteria_table._analysed(criteria_table.Change(job, "FEWEST_RECORDINGS", "twice"))
-    assert plain["told"]
+    assert not none["failed"]
     assert not none["told"]
+    place = made.out / "criteria" / "FEWEST_RECORDINGS-twice" / made.clear.alias
+    # a third more than asked for are wanted of its pieces
+    assert "do not make 1333 blocks" in json.loads((place / "report.json").read_text("utf-8"))["notes"][0]
     # what was done is not done again
-    note = made.out / "criteria" / "FEWEST_RECORDINGS-twice" / made.clear.alias / "result.json"
+    note = place / "result.json"
     before = note.stat().st_mtime_ns
     assert criteria_table._analysed(criteria_table.Change(replace(job), "FEWEST_RECORDINGS", "twice")) == none
     assert note.stat().st_mtime_ns == before
