@@ -45,8 +45,27 @@ def _transition(frame: Frame, point: Point) -> FloatArray:
     return columns(step, frame.last_direction * step)
 
 
+def _knees(frame: Frame) -> tuple[Point, ...]:
+    low, high = np.percentile(frame.temperature, [2, 98])
+    span = float(high - low) or 10.0
+    return tuple(
+        (float(low + share * span), float(width * span))
+        for width, number in ((0.02, 9), (0.1, 7))
+        for share in np.linspace(0.1, 0.9, number)
+    )
+
+
+def _knee(frame: Frame, point: Point) -> FloatArray:
+    x = (frame.temperature - point[0]) / point[1]
+    # log(1 + exp(x)) that does not overflow
+    beyond = point[1] * (np.maximum(x, 0.0) + np.log1p(np.exp(-np.abs(x))))
+    return columns(beyond, frame.last_direction * beyond)
+
+
 T_E = Symbol("t_e", "rad", "amplitude, the same in both directions")
 T_O = Symbol("t_o", "rad", "amplitude, with the sign of the motion")
+S_E = Symbol("s_e", "rad/K", "slope beyond the knee, the same in both directions")
+S_O = Symbol("s_o", "rad/K", "slope beyond the knee, with the sign of the motion")
 T_S = Symbol("T_s", "K", "temperature over which it falls by e", 0.0)
 T_M = Symbol("T_m", "degC", "temperature of the change")
 T_W = Symbol("T_w", "K", "temperature over which it changes", 0.0)
@@ -54,7 +73,8 @@ T_W = Symbol("T_w", "K", "temperature over which it changes", 0.0)
 TERM = Term(
     effect="te.temperature_nonlinear",
     name="dependence of the transmission error on temperature beyond the quadratic",
-    equation="TE += (t_e + d*t_o)*exp(-(T - 25 degC)/T_s), or growing, or cubic, or a change at T_m over T_w",
+    equation="TE += (t_e + d*t_o)*exp(-(T - 25 degC)/T_s), or growing, or cubic, a change at T_m over T_w, "
+    "or a knee there",
     reference="viscosity laws, Vogel, Phys. Z. 22 (1921) 645",
     where="transmission_error's offset over temperature",
     forms={
@@ -78,6 +98,14 @@ TERM = Term(
                 (T_M, T_W),
                 _transitions,
                 equation="TE += (t_e + d*t_o)*tanh((T - T_m)/T_w)",
+            ),
+            Form(
+                "knee",
+                _knee,
+                (S_E, S_O),
+                (T_M, T_W),
+                _knees,
+                equation="TE += (s_e + d*s_o)*T_w*log(1 + exp((T - T_m)/T_w))",
             ),
         )
     },
