@@ -10,6 +10,7 @@ from scipy.stats import binom
 from bench.mismatch import criteria
 from bench.mismatch.orders.between import is_between
 from bench.mismatch.orders.model import TransmissionModel
+from bench.mismatch.orders.revolutions import Complex
 from bench.mismatch.orders.sight import Sight
 from bench.mismatch.orders.under_mode import passes
 
@@ -82,16 +83,24 @@ def _multiple(order: float, ratio: float) -> bool:
 
 
 def _constant(model: TransmissionModel, sight: Sight, order: float) -> bool:
-    """Whether an order has one vector, whatever the state: the plainest model of it is the best, or what varies of it
-    is too little to be told. Moments at which two encoders are read differ a little, and turn its phase by the speed.
+    """Whether an order has one vector, whatever the state: the plainest model of it is the best, as it is or with its
+    phase turned back by the speed. Moments at which two encoders are read differ a little.
     """
-    if sight.gains(sight.at(model, order), order)[1] == 0:
-        return True
-    whole, of_mean = _energies(model, sight, order)
-    varies = 0.5 * (whole - of_mean) / float(np.sum(1.0 / sight.stage.scale**2))
-    noise = model.noise
-    assert noise is not None
-    return whole > 0.0 and of_mean >= MOSTLY * whole and varies < criteria.LEAST_POWER * noise.variance
+    vectors = sight.at(model, order)
+    return any(sight.gains(each, order)[1] == 0 for each in (vectors, _turned_back(vectors, sight, order)))
+
+
+def _turned_back(vectors: Complex, sight: Sight, order: float) -> Complex:
+    """Vectors (revolutions,) of an order read so much later that their phases, which a moment turns by order times
+    speed, are nearest to one.
+    """
+    mean = complex(np.sum(vectors / sight.stage.scale))
+    phase = np.angle(vectors * np.conj(mean))
+    turned = order * np.array([r.velocity for r in sight.stage.revolutions])
+    weight = np.abs(vectors)
+    line = np.column_stack([np.ones(turned.size), turned]) * weight[:, None]
+    late = float(np.linalg.lstsq(line, phase * weight, rcond=None)[0][1])
+    return np.asarray(vectors * np.exp(-1j * late * turned))
 
 
 def _size(model: TransmissionModel, sight: Sight, order: float) -> float:
