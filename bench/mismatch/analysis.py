@@ -30,7 +30,7 @@ from bench.mismatch.regression.bank import Fit
 from bench.mismatch.regression.candidates import ROTATING
 from bench.mismatch.regression.hidden_states import with_states
 from bench.mismatch.regression.model import ChannelModel, Chosen, fit_blocks
-from bench.mismatch.regression.nameless_heat import gain_heat, nameless_heat, nameless_load_heat
+from bench.mismatch.regression.nameless_heat import gain_heat, nameless_heat, nameless_load_heat, sensor_heat
 from bench.mismatch.regression.nameless_load import nameless_load
 from bench.mismatch.regression.problem import CHANNELS, TORQUE_ZERO, BaseTerm, ChannelProblem
 from bench.mismatch.regression.regressors import UNKNOWN, Named
@@ -343,7 +343,8 @@ def _heat(out: Analysis, data: Dataset, given: Given, rows: Rows, seed: int, ban
             if of_model(out.zeros.which) and unsure.indices:
                 nameless = (*nameless, unsure.term(capacity))
         if LOAD_TORQUE in models:
-            nameless = (*nameless, *nameless_load_heat(models[LOAD_TORQUE], capacity))
+            load = models[LOAD_TORQUE]
+            nameless = (*nameless, *nameless_load_heat(load, capacity), *sensor_heat(load, SENSOR, capacity))
         nuisances = (wandering_zero(data, less, zero, capacity, row), *nameless)
         return searched(problem_of(data, given, TEMPERATURE, less, banned, nuisances), seed)
 

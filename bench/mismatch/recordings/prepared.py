@@ -75,6 +75,12 @@ class Prepared:
     """by channel: what its sensor does instead of measuring, and at which share of the samples"""
 
 
+STEADY_HEAT_S = 20.0
+"""over which a parabola follows the temperature of a lubricant: a hundred watts warm a gearbox of 20 kJ/K by 0.1 K
+in it, and the time constants of what takes heat from it are minutes
+"""
+
+
 @dataclass(frozen=True, slots=True)
 class Folder:
     """What all recordings of a folder share while they are read.
@@ -240,8 +246,11 @@ def prepare(
         taken["motor_torque"] = notched(q, motor_torque - torque / ratio, direction, wild, folder.notch, beside_ripple)
         motor_torque = motor_torque - taken["motor_torque"]
     # without a thermometer nothing can depend on temperature: the value to which the nominal terms are referred
-    measured_somewhere = "temperature" in signals and not signals.bad["temperature"].all()
-    temperature = signals.mean("temperature") if measured_somewhere else np.full(n, criteria.REFERENCE_CELSIUS)
+    temperature = np.full(n, criteria.REFERENCE_CELSIUS)
+    if "temperature" in signals and not signals.bad["temperature"].all():
+        # what a thermometer's noise does no lubricant does: a curve over it would follow the noise
+        lost = Runs.of(time, rate, STEADY_HEAT_S, np.zeros(n, dtype=np.int64))
+        temperature = smoothed(signals.mean("temperature"), STEADY_HEAT_S, lost)[0]
     frame = Frame(
         ratio=ratio,
         recording=np.full(n, index, dtype=np.int64),

@@ -62,6 +62,27 @@ class GainHeat(Untold):
 
 
 @dataclass(frozen=True, slots=True)
+class SensorHeat(Untold):
+    """Power of what an error of the torque sensor comes to beyond what was taken off its reading, integrated over each
+    recording: its coefficients are not known exactly, and nature's form need not be the library's.
+    """
+
+    model: ChannelModel
+    error: Chosen
+    words: str = "heat of the error of the torque sensor"
+    equation: str = "dT/dt += dtau*dq/C"
+
+    def columns(self, frame: Frame) -> FloatArray:
+        """Integrals of the powers (n, k + 1): of one standard deviation of the coefficients in each of k independent
+        directions, and of as much as the form may be off.
+        """
+        main = self.error.main
+        unsure = main.regressor.columns(frame) @ deviations(self.model.fit.of(main.indices)[1])
+        torques = [*unsure.T, criteria.SHAPE * self.model.contribution(self.error, frame)]
+        return np.column_stack([integral(torque * frame.velocity, frame) for torque in torques])
+
+
+@dataclass(frozen=True, slots=True)
 class NamelessLoadHeat(Untold):
     """Power of what the load torque has without a name, integrated over each recording: an error of the sensor is power
     that was never there.
@@ -98,6 +119,15 @@ def nameless_load_heat(model: ChannelModel, capacity: float) -> tuple[BaseTerm, 
     if not model.nameless:
         return ()
     return (BaseTerm(NamelessLoadHeat(NamelessCourse.of(model)), (capacity**2,)),)
+
+
+def sensor_heat(model: ChannelModel, sensor: str, capacity: float) -> tuple[BaseTerm, ...]:
+    """The base terms of the temperature for a model of the load torque and a heat capacity (J/K), one for each error of
+    the torque sensor that was given or found: ids that begin with ``sensor``.
+    """
+    given = (Chosen(block) for block in model.base)
+    errors = [one for one in (*given, *model.chosen) if one.effect.startswith(sensor)]
+    return tuple(BaseTerm(SensorHeat(model, e), (capacity**2,) * (len(e.main.indices) + 1)) for e in errors)
 
 
 def gain_heat(model: ChannelModel, capacity: float) -> tuple[BaseTerm, ...]:
