@@ -16,7 +16,7 @@ import numpy as np
 
 from bench.mismatch.regression.finer import coarser
 from bench.mismatch.regression.knots import KNOTS, close_knots, halved, knots_of
-from bench.mismatch.regression.model import Block, Chosen
+from bench.mismatch.regression.model import Block, Chosen, add_block
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor
 from bench.mismatch.regression.state import Search
 from bench.simulation.frame import FloatArray, Frame
@@ -44,14 +44,16 @@ _POINT: dict[str, dict[str, str]] = {
 """quantity of each kind, by channel"""
 _CLOSEST = ("angle", "speed", "load", "temperature")
 """kinds, the one of which a table can be closest first"""
-_BY_THE_LOAD = {"angle"}
-"""kinds of whose functions a name says how they go with the load: a wave of the friction that grows with it, the
-reaction of a load on a ratio that varies over the angle
+_BY_THE_LOAD = {MOTOR_TORQUE: {"angle"}, TRANSMISSION_ERROR: {"angle"}}
+"""kinds of whose functions a name says how they go with the load, by channel: a wave of the friction that grows with
+it, the reaction of a load on a ratio that varies over the angle
 """
 
 
 def products(search: Search) -> list[Block]:
-    """Products in place of functions without a name in the model, of one or two quantities of the operating point."""
+    """Products in place of functions without a name in the model, of one or two quantities of the operating point; with
+    those of a closer table that table by itself.
+    """
     if search.model.problem.free or search.model.channel not in _POINT:
         return []  # where a motion is followed, or heat is summed up, no points of an operation stand apart
     return [b for b in _products(search) if not search.out(b.regressor)]
@@ -76,8 +78,13 @@ def _products(search: Search) -> Iterator[Block]:
             if knots is None:
                 continue
             first = tuple(Grid((name,), grid.times, (knots,)) for grid in free.grids)
+            # so close a table may say by itself what a product says with it, and may have a name
+            alone = replace(free, grids=first)
+            if not any(alone.grids == getattr(c.main.regressor, "grids", ()) for c in search.model.chosen):
+                yield add_block(problem, search.model.bank, alone)
         others = kinds[1:] if len(kinds) > 1 else [k for k in point if k not in kinds]
-        for kind in (k for k in others if not (k == "load" and _BY_THE_LOAD & set(kinds))):
+        told = _BY_THE_LOAD.get(search.model.channel, set()) & set(kinds)
+        for kind in (k for k in others if not (k == "load" and told)):
             block = _product(search, replace(free, grids=first), point[kind], frame)
             if block is not None:
                 yield block

@@ -15,7 +15,7 @@ from bench.mismatch.regression.search import begun, searched
 from bench.mismatch.regression.succession import _in_its_place, _less_than_its_correction
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.tables import Grid
-from bench.simulation.terms import MOTOR_TORQUE
+from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE
 from tests.bench.mismatch.regression.synthetic import EACH, campaign, problem
 
 SIGMA = 0.02
@@ -63,11 +63,39 @@ def test_products_of_the_angle_are_not_asked_over_the_load() -> None:
     wave = Chosen(add_block(search.model.problem, search.bank, named(FRICTION, MOTOR_TORQUE, "with_load", (3.0,))))
     search.model.chosen = [wave, replace(wave)]
     made = [b.regressor for b in products(search)]
-    assert [r.variables for r in made] == [("angle", "speed"), ("angle", "temperature")]
+    assert [r.variables for r in made] == [("angle",), ("angle", "speed"), ("angle", "temperature")]
     assert all(r.effect == UNKNOWN for r in made)
-    assert replaced(search.model.chosen, made[0]) == search.model.chosen
+    assert replaced(search.model.chosen, made[1]) == search.model.chosen
     other = Chosen(add_block(search.model.problem, search.bank, named("load.unbalance", MOTOR_TORQUE, "gravity")))
-    assert replaced([other], made[0]) == []
+    assert replaced([other], made[1]) == []
+
+
+def test_bumps_that_a_close_table_says_by_itself_are_friction_over_the_angle() -> None:
+    """A product with any other quantity has as close a table, and follows them as well."""
+    frame = turning()
+    profile = np.zeros(frame.size)
+    for place, width, height in ((1.1, 0.22, 0.6), (3.9, 0.2, -0.9), (5.2, 0.18, 0.5)):
+        away = (np.mod(frame.q, 2.0 * np.pi) - place + np.pi) % (2.0 * np.pi) - np.pi
+        profile += height * np.exp(-0.5 * (away / width) ** 2)
+    y = frame.direction * (0.6 + profile) + np.random.default_rng(4).normal(scale=SIGMA, size=frame.size)
+    model = searched(problem(frame, y)).model
+    assert {c.effect for c in model.chosen} == {FRICTION}
+
+
+def test_a_load_torque_over_the_angle_that_grows_with_the_load_is_a_function_of_both() -> None:
+    frame = turning()
+    frame = replace(frame, load_motor_torque=frame.torque, load_motor_level=frame.torque)
+    grows = (np.abs(frame.load_motor_level) / 1000.0) ** 1.3 * np.cos(2.0 * frame.q + 0.8)
+    y = 40.0 * grows + np.random.default_rng(4).normal(scale=2.0, size=frame.size)
+    own = replace(problem(frame, y), channel=LOAD_TORQUE)
+    search = begun(own)
+    grid = Grid(("angle",), "1", (tuple(np.linspace(0.1, 6.2, 12).tolist()),))
+    search.model.chosen = [Chosen(add_block(search.model.problem, search.bank, Free(LOAD_TORQUE, (grid,))))]
+    assert ("angle", "load_motor_torque") in [b.regressor.variables for b in products(search)]
+    model = searched(own).model
+    assert [c.main.regressor.variables for c in model.chosen] == [("angle", "load_motor_torque")]
+    left = 40.0 * grows - model.contribution(model.chosen[0], frame)
+    assert np.std(left) < 2.0
 
 
 @pytest.mark.parametrize(("size", "less"), [(0.002, True), (0.2, False)])
