@@ -28,6 +28,7 @@ from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.linear import in_metres, is_of_linear_axis
 from bench.simulation.model import Simulation
 from bench.simulation.quantities import FACTORS
+from bench.simulation.reading import is_read
 from bench.simulation.terms import CHANNEL_UNITS, LIBRARY, LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
 
 OUTPUT = "simulated_"
@@ -240,7 +241,8 @@ class _Writer:
             if grid.over:
                 value = formula.table(grid, values, [pieces.quantity(name, frame) for name in grid.over])
             part = make("mul", times, value)
-            parts.append(part.remembered("integral") if regressor.channel == TEMPERATURE else part)
+            is_rate = regressor.channel == TEMPERATURE and not is_read(grid.times)
+            parts.append(part.remembered("integral") if is_rate else part)
         return total(parts)
 
     def _equation(self, equation: Equation, coefficients: FloatArray, frame: Frame) -> Written:
@@ -262,7 +264,8 @@ class _Writer:
             )
             for name in times.split("*"):
                 part = make("mul", lift(FACTORS[name](frame)), part)
-            parts.append(part.remembered("integral") if equation.channel == TEMPERATURE else part)
+            is_rate = equation.channel == TEMPERATURE and not is_read(times)
+            parts.append(part.remembered("integral") if is_rate else part)
         return total(parts)
 
     def _corrected(self, frame: Frame) -> Frame:

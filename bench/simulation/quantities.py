@@ -20,6 +20,8 @@ AUXILIARY = "aux/"
 """begins the name of a quantity that is no channel of the bench"""
 HELD = "state/"
 """begins the name under which a frame holds a state that was calculated through a campaign: no recorded one has it"""
+READ = "read"
+"""the factor of a function that a thermometer reads beyond the temperature: its own value is 1"""
 SHORTEST_TRAVEL = 1e-5
 """rad at the output: distances since a reversal count by their order of magnitude from here on"""
 GENTLE = 0.3
@@ -230,6 +232,7 @@ FACTORS: dict[str, Callable[[Frame], FloatArray]] = {
     "per_ratio": lambda f: np.full(f.size, 1.0 / f.ratio),
     "motor_torque": lambda f: f.motor_torque,
     "power": lambda f: f.power / 100.0,
+    READ: lambda f: np.ones(f.size),
 }
 """factors of the order of one; a product is written with ``*``, such as ``d*abs_tau``"""
 FACTOR_WORDS: dict[str, str] = {
@@ -250,6 +253,7 @@ FACTOR_WORDS: dict[str, str] = {
     "per_ratio": "1/u",
     "motor_torque": "tau_m",
     "power": "loss/(100 W)",
+    READ: "",
 }
 
 FACTOR_OF: dict[str, str] = {

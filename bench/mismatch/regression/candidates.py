@@ -17,7 +17,7 @@ from bench.mismatch.regression.knots import KNOTS, close_knots, ends, is_constan
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor, by_definition
 from bench.mismatch.regression.spells import SPELLS, spells
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.quantities import FACTOR_OF, OF_KIND, QUANTITIES, quantity
+from bench.simulation.quantities import FACTOR_OF, OF_KIND, QUANTITIES, READ, quantity
 from bench.simulation.tables import Grid, hats
 from bench.simulation.terms import (
     LIBRARY,
@@ -119,6 +119,9 @@ _ONE: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
         ("time", ("1",)),
         ("load", ("1",)),
         ("elapsed", ("1",)),
+        # what moves, or turns a drive on, may shift the reading at once, and warms nothing
+        ("velocity", (READ,)),
+        ("torque", (READ,)),
     ),
 }
 # functions of states that are not recorded, as above; none follows the channel itself, not even through the loss: it

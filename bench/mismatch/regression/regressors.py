@@ -12,8 +12,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.memory import integral
-from bench.simulation.quantities import FACTOR_OF, QUANTITIES, REMEMBERED, in_words, kind_of, label
+from bench.simulation.quantities import FACTOR_OF, QUANTITIES, READ, REMEMBERED, in_words, kind_of, label
+from bench.simulation.reading import is_read, left_side, of_temperature, unit_of_function
 from bench.simulation.tables import Grid
 from bench.simulation.terms import CHANNEL_UNITS, LIBRARY, TEMPERATURE, Form, Point, Term
 
@@ -131,8 +131,9 @@ class Named:
 class Free:
     """A free function: tables over one or more quantities, each times a factor; summed.
 
-    In the heat balance it is a rate of the temperature, integrated over each recording. ``mixing`` (values of the
-    tables, numbers): how its numbers make the values, where these are not numbers of their own.
+    In the heat balance it is a rate of the temperature, integrated over each recording, or what the thermometer reads
+    beyond it (:mod:`bench.simulation.reading`). ``mixing`` (values of the tables, numbers): how its numbers make the
+    values, where these are not numbers of their own.
     """
 
     channel: str
@@ -167,7 +168,7 @@ class Free:
                 continue
             function = grid.formula or f"{name}({', '.join(grid.over)})"
             parts.append(f"{times + '*' if times else ''}{function}")
-        left = "dT/dt" if self.channel == TEMPERATURE else self.channel
+        left = left_side(self.times) if self.channel == TEMPERATURE else self.channel
         return f"{left} += {' + '.join(parts)}" + (", f a table" if self.variables_of_tables else "")
 
     @property
@@ -207,11 +208,13 @@ class Free:
             parts = parts @ np.asarray(self.mixing)
         if self.channel != TEMPERATURE:
             return parts
-        return np.column_stack([integral(parts[:, k], frame) for k in range(parts.shape[1])])
+        times = [READ if all(map(is_read, self.times)) else ""] * parts.shape[1]
+        if not self.mixing:
+            times = [grid.times for grid in self.grids for _ in range(grid.size)]
+        return of_temperature(parts, times, frame)
 
     def parameters(self, coefficients: FloatArray, std: FloatArray) -> list[dict[str, Any]]:
         """Value of the function at each knot."""
-        unit = "K/s" if self.channel == TEMPERATURE else CHANNEL_UNITS[self.channel]
         if self.mixing:
             coefficients, std = self.values(coefficients), np.sqrt(np.asarray(self.mixing) ** 2 @ std**2)
         out = []
@@ -219,6 +222,7 @@ class Free:
         for number, grid in enumerate(self.grids):
             times = in_words(grid.times) if grid.over else ""
             mark = "" if grid.formula else self._mark(number)
+            unit = unit_of_function(grid.times) if self.channel == TEMPERATURE else CHANNEL_UNITS[self.channel]
             for symbol in (s[0] + mark + s[1:] for s in grid.symbols):
                 out.append(
                     {

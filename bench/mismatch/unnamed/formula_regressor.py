@@ -7,15 +7,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
 from bench.mismatch.regression.regressors import UNKNOWN
 from bench.mismatch.unnamed.formula_parts import Constant
 from bench.simulation import formulas
 from bench.simulation.formulas import Formula
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.memory import integral
 from bench.simulation.quantities import AUXILIARY, FACTOR_OF, in_words, label
+from bench.simulation.reading import left_side, of_temperature
 from bench.simulation.terms import TEMPERATURE
 
 PLAIN = {"since_reversal": "distance_since_start", "elapsed": "seconds"}
@@ -55,7 +53,7 @@ class Equation:
             word, joined = in_words(times), " + ".join(members)
             several = f"({joined})" if len(members) > 1 else joined
             parts.append(f"{word}*{several}" if word else joined)
-        left = "dT/dt" if self.channel == TEMPERATURE else self.channel
+        left = left_side([times for times, _ in self.formula.parts]) if self.channel == TEMPERATURE else self.channel
         return f"{left} += {' + '.join(parts)}"
 
     def _shown(self, found: re.Match[str]) -> str:
@@ -85,7 +83,7 @@ class Equation:
         parts = self.formula.columns(frame)
         if self.channel != TEMPERATURE:
             return parts
-        return np.column_stack([integral(parts[:, k], frame) for k in range(parts.shape[1])])
+        return of_temperature(parts, [times for times, _ in self.formula.parts], frame)
 
     def parameters(self, coefficients: FloatArray, std: FloatArray) -> list[dict[str, Any]]:
         """Symbol, value, unit and standard deviation of each coefficient and constant."""

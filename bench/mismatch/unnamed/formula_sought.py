@@ -16,6 +16,7 @@ from bench.mismatch.unnamed.formula_units import product, unit_of
 from bench.simulation.formulas import Formula
 from bench.simulation.frame import FloatArray
 from bench.simulation.quantities import factor, quantity
+from bench.simulation.reading import unit_of_function
 from bench.simulation.tables import Grid
 from bench.simulation.terms import CHANNEL_UNITS, TEMPERATURE
 
@@ -83,7 +84,6 @@ def _assembled(model: ChannelModel, free: Free, sums: Sequence[Sum], auxiliary: 
     parts: list[tuple[str, str]] = []
     units: list[str] = []
     constants: list[Constant] = []
-    channel = "K/s" if free.channel == TEMPERATURE else CHANNEL_UNITS[free.channel]
     for grid, shape in zip(free.grids, sums, strict=True):
         names = [_plain(name) for name in grid.over]
         of = Quantities(
@@ -93,6 +93,7 @@ def _assembled(model: ChannelModel, free: Free, sums: Sequence[Sum], auxiliary: 
         )
         found = parts_of(shape, of, len(constants))
         constants += found.constants
+        channel = unit_of_function(grid.times) if free.channel == TEMPERATURE else CHANNEL_UNITS[free.channel]
         times = [(FACTOR_UNITS.get(part, "1"), -1) for part in grid.times.split("*")]
         for text, unit in zip(found.texts, found.units, strict=True):
             parts.append((grid.times, text))
