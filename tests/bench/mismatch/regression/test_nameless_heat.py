@@ -9,12 +9,12 @@ import numpy as np
 from bench.mismatch import criteria
 from bench.mismatch.regression.model import Chosen, add_block
 from bench.mismatch.regression.nameless import NamelessCourse
-from bench.mismatch.regression.nameless_heat import gain_heat, nameless_heat
+from bench.mismatch.regression.nameless_heat import gain_heat, nameless_heat, sensor_heat
 from bench.mismatch.regression.problem import NUISANCE
 from bench.mismatch.regression.regressors import Free, named
 from bench.mismatch.regression.search import begun
 from bench.simulation.tables import Grid
-from bench.simulation.terms import MOTOR_TORQUE
+from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE
 from tests.bench.mismatch.regression.synthetic import campaign, problem
 
 
@@ -66,3 +66,26 @@ def test_heat_of_a_gain_error_may_be_as_much_as_its_form_is_off() -> None:
     assert np.allclose(np.abs(unsure * criteria.SHAPE), np.abs(form * ratio))
     assert gain_heat(replace(model, chosen=[]), 2.0e4) == ()
     assert len(gain_heat(replace(model, chosen=[], base=[*model.base, gain.main]), 2.0e4)) == 1
+
+
+def test_heat_of_an_error_of_the_torque_sensor_is_what_it_is_unsure_by_and_its_form_is_off_by() -> None:
+    frame = campaign()
+    frame = replace(frame, load_motor_torque=frame.torque, load_motor_level=frame.torque)
+    rng = np.random.default_rng(3)
+    own = replace(problem(frame, 0.03 * frame.torque + rng.normal(0.0, 0.5, frame.size)), channel=LOAD_TORQUE)
+    search = begun(own)
+    gain = Chosen(add_block(own, search.model.bank, named("sensor.torque_gain", LOAD_TORQUE, "gain")))
+    model = replace(search.model, chosen=[gain], fit=search.model.refitted([gain]))
+    (term,) = sensor_heat(model, "sensor.torque", 2.0e4)
+    assert term.regressor.effect == NUISANCE
+    assert term.precision == (2.0e4**2,) * 2
+    unsure, form = term.regressor.columns(frame).T
+    rows = frame.recording == 7
+    power = (model.contribution(gain, frame) * frame.velocity)[rows]
+    rises = 0.5 * (power[1:] + power[:-1]) * frame.step[rows][1:]
+    assert np.any(form[rows])
+    assert np.allclose(form[rows], criteria.SHAPE * np.concatenate([[0.0], np.cumsum(rises)]))
+    value, covariance = model.fit.of(gain.main.indices)
+    ratio = float(np.sqrt(covariance[0, 0])) / float(value[0])
+    assert np.allclose(np.abs(unsure * criteria.SHAPE), np.abs(form * ratio))
+    assert sensor_heat(replace(model, chosen=[]), "sensor.torque", 2.0e4) == ()
