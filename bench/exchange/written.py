@@ -241,8 +241,7 @@ class _Writer:
             if grid.over:
                 value = formula.table(grid, values, [pieces.quantity(name, frame) for name in grid.over])
             part = make("mul", times, value)
-            is_rate = regressor.channel == TEMPERATURE and not is_read(grid.times)
-            parts.append(part.remembered("integral") if is_rate else part)
+            parts.append(_of_temperature(part, grid.times) if regressor.channel == TEMPERATURE else part)
         return total(parts)
 
     def _equation(self, equation: Equation, coefficients: FloatArray, frame: Frame) -> Written:
@@ -264,8 +263,7 @@ class _Writer:
             )
             for name in times.split("*"):
                 part = make("mul", lift(FACTORS[name](frame)), part)
-            is_rate = equation.channel == TEMPERATURE and not is_read(times)
-            parts.append(part.remembered("integral") if is_rate else part)
+            parts.append(_of_temperature(part, times) if equation.channel == TEMPERATURE else part)
         return total(parts)
 
     def _corrected(self, frame: Frame) -> Frame:
@@ -316,6 +314,13 @@ class _Writer:
         name = "share of tau/u*dTE/dtheta in the motor torque"
         share = self._parameter(".".join(REACTION), given.reaction, "1", name)
         return [make("mul", make("mul", share, lift(frame.torque / frame.ratio)), slope)]
+
+
+def _of_temperature(part: Written, times: str) -> Written:
+    """A function in the temperature: a rate added up, or what is read beyond it since the beginning."""
+    if not is_read(times):
+        return part.remembered("integral")
+    return make("sub", part, part.remembered("begun", 0.0))
 
 
 __all__: Sequence[str] = ["Formulas", "Parameter", "formulas_of", "identifier"]

@@ -95,6 +95,26 @@ MADE: dict[str, list[dict[str, Any]]] = {
     ],
     "pulse": [{"effect": "te.local_defect", "parameters": {"theta_p": 0.1, "w_p": 0.02, "p": 1e-5}}],
     "ripple": [{"effect": "motor.torque_ripple", "parameters": {"n": 6.0, "a_rc": 0.1, "a_rs": 0.2, "tau_r": 3.0}}],
+    "reading": [
+        {
+            "effect": "unknown",
+            "channels": ["temperature"],
+            "form": "table",
+            "over": ["velocity"],
+            "times": "read",
+            "knots": [[-0.2, 0.0, 0.2]],
+            "values": [-0.1, 0.0, 0.2],
+        },
+        {
+            "effect": "unknown",
+            "channels": ["temperature"],
+            "form": "formula",
+            "over": ["torque"],
+            "within": [[-900.0, 900.0]],
+            "parts": [{"times": "read", "text": "tanh(x1/s1)"}, {"times": "1", "text": "1/(1 + (x1/s1)**2)"}],
+            "parameters": {"c1": 0.1, "c2": 0.01, "s1": 300.0},
+        },
+    ],
     "sensor": [
         {"effect": "sensor.torque_zero_temperature", "channels": ["load_torque"], "parameters": {"z_T": 3.0}},
         {"effect": "friction.load_dependent", "parameters": {"f_l": 0.2}},
@@ -114,6 +134,7 @@ CHANNEL = {
     "states": "motor_torque",
     "waves": "load_torque",
     "ripple": "motor_torque",
+    "reading": "temperature",
     "sensor": "motor_torque",
 }
 
