@@ -86,6 +86,10 @@ TRANSDUCER = 2e-4
 """of the largest torque, below which an effect in a torque is not told, nor one in the temperature that so small a
 torque would heat: 0.02 % is the best class that torque transducers are sold in, so less is the sensor's own affair
 """
+SELF_HEATING_K = 0.025
+"""K, below which no shift of a thermometer's reading is told: its own current may warm a PT100 by a quarter of its
+tolerance (IEC 60751, 0.1 K in class AA), and what flows past it cools it
+"""
 LEAST_OVERALL = 0.05
 """the same over all samples: less changes what is left by an eighth of a percent, and is told to be noise"""
 ACTIVE_ENERGY = 0.95

@@ -267,6 +267,11 @@ def knots_of_table(regressor: Regressor) -> tuple[float, ...]:
     return first.knots[0] if plain and len(first.over) == 1 else ()
 
 
+def of_reading(regressor: Regressor) -> bool:
+    """Whether a regressor is what a thermometer reads beyond the temperature, and warms nothing."""
+    return isinstance(regressor, Free) and regressor.channel == TEMPERATURE and all(map(is_read, regressor.times))
+
+
 def named(effect: str, channel: str, form: str, point: Point = ()) -> Named:
     """A term of the library by its names. Raises StopIteration where there is no such form."""
     term = LIBRARY[effect]

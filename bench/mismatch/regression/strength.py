@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bench.mismatch import criteria
 from bench.mismatch.regression.model import ChannelModel, Chosen, fit_blocks
+from bench.mismatch.regression.regressors import of_reading
 from bench.simulation.frame import FloatArray, IntArray
 from bench.simulation.heat_rates import HEATING
 from bench.simulation.memory import integral
@@ -40,7 +41,9 @@ def strength(model: ChannelModel, candidate: Chosen) -> Strength:
     train = problem.train
     fitted = fit_blocks(model.bank, model.blocks([*model.chosen, candidate]), model.variances)
     course = model.contribution(candidate, problem.rows.frame, fitted)[train]
-    return size_of(model, model.calibration.beyond(course))
+    size = size_of(model, model.calibration.beyond(course))
+    shift = criteria.SELF_HEATING_K / max(model.floor, 1e-300) if of_reading(candidate.main.regressor) else 0.0
+    return replace(size, trusted=max(size.trusted, shift))
 
 
 def added(model: ChannelModel, candidate: Chosen) -> Strength:

@@ -1,0 +1,76 @@
+"""A thermometer whose reading is shifted as soon as the gearbox turns: no heat, and not its lag."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bench.mismatch import criteria
+from bench.mismatch.recordings.rows import Rows
+from bench.mismatch.regression.problem import ChannelProblem, nominal_base
+from bench.mismatch.regression.regressors import Free, of_reading
+from bench.mismatch.regression.search import searched
+from bench.simulation.frame import ARRAYS, FloatArray, Frame, concatenate
+from bench.simulation.terms import TEMPERATURE
+
+RATIO, STEP, EACH, RECORDINGS = 185.0, 2.0, 120, 24
+CAPACITY, RESISTANCE, AMBIENT, NOISE = 7000.0, 0.3, 21.0, 0.02
+REST_ROWS = 20
+
+
+def shifted(by: float) -> Rows:
+    """Heating runs both ways at speeds up to 0.9 rad/s, with rest before and after: it reads ``by`` K per (rad/s)^1.4
+    more when it turns forwards, and two fifths of it less backwards.
+    """
+    rng = np.random.default_rng(3)
+    parts, y, level = [], [], 25.0
+    for number in range(RECORDINGS):
+        side, speed = (1.0 if number % 2 == 0 else -1.0), float(rng.uniform(0.3, 0.9))
+        elapsed = STEP * np.arange(EACH)
+        turns = (np.arange(EACH) >= REST_ROWS) & (np.arange(EACH) < EACH - REST_ROWS)
+        loss = np.where(turns, float(rng.uniform(60.0, 180.0)), 0.0)
+        temperature = np.empty(EACH)
+        for k in range(EACH):
+            temperature[k] = level
+            level += STEP * (loss[k] - (level - AMBIENT) / RESISTANCE) / CAPACITY
+        level -= 0.5 * (level - 25.0)  # it cools before the next
+        read = temperature + turns * by * speed**1.4 * (1.0 if side > 0 else -0.4) + rng.normal(0.0, NOISE, EACH)
+        values: dict[str, FloatArray] = {name: np.zeros(EACH) for name in ARRAYS}
+        values |= {
+            "count": np.full(EACH, 100.0),
+            "time": 900.0 * number + elapsed,
+            "elapsed": elapsed,
+            "velocity": side * speed * turns,
+            "direction": side * turns,
+            "last_direction": np.full(EACH, side),
+            "motor_torque": side * loss / (speed * RATIO),
+            "power": loss,
+            "temperature": temperature,
+            "step": np.where(elapsed > 0.0, STEP, 0.0),
+        }
+        values["recording"] = np.full(EACH, number, dtype=np.int64)
+        parts.append(Frame(ratio=RATIO, **values))  # type: ignore[arg-type]
+        y.append(read)
+    frame = concatenate(parts)
+    return Rows(frame, np.concatenate(y), np.full(frame.size, 100.0), np.full(frame.size, NOISE**2))
+
+
+@pytest.mark.parametrize(("by", "told"), [(0.2, True), (0.4 * criteria.SELF_HEATING_K, False)])
+def test_it_is_told_as_a_shift_of_the_reading_if_it_is_more_than_its_own_current_makes(by: float, told: bool) -> None:
+    rows = shifted(by)
+    usable = np.ones(rows.size, dtype=bool)
+    own = ChannelProblem(TEMPERATURE, rows, usable, np.arange(RECORDINGS) % 5, tuple(nominal_base(TEMPERATURE, ())))
+    model = searched(own).model
+    if not told:
+        assert not any(of_reading(c.main.regressor) for c in model.chosen)
+        return
+    (found,) = model.chosen
+    assert isinstance(found.main.regressor, Free)
+    assert of_reading(found.main.regressor)
+    assert found.main.regressor.variables == ("velocity",)
+    frame = rows.frame
+    moving = frame.direction != 0
+    course = model.contribution(found, frame)
+    course = course - course[~moving].mean()
+    true = by * np.abs(frame.velocity) ** 1.4 * np.where(frame.velocity > 0, 1.0, -0.4)
+    assert np.std((course - true)[moving]) < 0.2 * np.std(true[moving])
