@@ -121,6 +121,21 @@ _FUNCTIONS = """
     y[2] := x;
   end campaign_lag;
 
+  function worked_up
+    extends State;
+    input Real rest_s;
+    input Real motion_s;
+  protected
+    Real moves[2];
+  algorithm
+    y := if z[1] > 0 then z else {1, x, 0};
+    moves := {y[2], x};
+    for i in 1:2 loop
+      y[3] := if moves[i] > 0.5 then 1 + (y[3] - 1)*exp(-0.5*dt/motion_s) else y[3]*exp(-0.5*dt/rest_s);
+    end for;
+    y[2] := x;
+  end worked_up;
+
   function held
     extends State;
   algorithm

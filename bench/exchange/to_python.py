@@ -99,6 +99,18 @@ def _campaign_lag(s, dt, x, constant):
     return s[1]
 
 
+def _worked_up(s, dt, x, rest, motion):
+    if not s:
+        s += [x, 0.0]
+    for moves in (s[0], x):
+        if moves > 0.5:
+            s[1] = 1.0 + (s[1] - 1.0) * math.exp(-0.5 * dt / motion)
+        else:
+            s[1] *= math.exp(-0.5 * dt / rest)
+    s[0] = x
+    return s[1]
+
+
 def _held(s, dt, x):
     if not s:
         s.append(0.0)

@@ -41,6 +41,7 @@ STATES = (
     "integral",
     "limited_integral",
     "campaign_lag",
+    "worked_up",
     "held",
     "distance",
     "begun",

@@ -11,7 +11,7 @@ import numba
 import numpy as np
 
 from bench.simulation.frame import FloatArray, Frame, gone_through, recording_starts
-from bench.simulation.states import lag_along, limited_along, play_along, relax, relax_along
+from bench.simulation.states import lag_along, limited_along, play_along, relax, relax_along, worked_along
 
 Between = Literal["fresh", "kept", "released"]
 """what a state does between recordings: begins at 0 in each; stays; or follows the input to 0 and on from there"""
@@ -149,6 +149,27 @@ def limited_integral(x: FloatArray, frame: Frame, limit: float) -> FloatArray:
     apart[starts], mean[starts] = frame.elapsed[starts], x[starts]
     out = np.empty(x.size)
     limited_along(mean * apart, out, 0.0, limit)
+    return out
+
+
+def worked_up(x: FloatArray, frame: Frame, rest: float, motion: float) -> FloatArray:
+    """How far motion has worked something up that rest restores, from 0 to 1: x is 1 where something moves and 0 where
+    it stands; it comes with the time constant ``motion`` and goes with ``rest``, in s.
+
+    It goes on between recordings, over which nothing moves, and the campaign begins at 0.
+    """
+    if not isinstance(x, np.ndarray):
+        return x.remembered("worked_up", rest, motion)
+    if frame.memory is not None:
+        return frame.memory.worked(np.ascontiguousarray(x), frame.step, rest, motion)
+    # from the middle of a row to that of the next the first half is as the one, the second as the other
+    half = 0.5 * np.diff(frame.time, prepend=frame.time[:1])
+    before, own, moved = half.copy(), half.copy(), np.concatenate((x[:1], x[:-1]))
+    starts = recording_starts(frame)[:-1]
+    own[starts], moved[starts] = frame.elapsed[starts], 0.0
+    before[starts] = np.maximum(2.0 * half[starts] - own[starts], 0.0)
+    out = np.empty(x.size)
+    worked_along(np.ascontiguousarray(x), moved, before, own, out, 0.0, rest, motion)
     return out
 
 

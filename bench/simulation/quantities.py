@@ -12,7 +12,7 @@ import numpy as np
 from bench.errors import ConfigurationError
 from bench.simulation.composed import composed
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.memory import campaign_lag, limited_integral, taken_along, through
+from bench.simulation.memory import campaign_lag, limited_integral, taken_along, through, worked_up
 
 INPUT_ANGLE = "input_angle"
 """the quantity over which a formula has waves of the transmission error"""
@@ -40,6 +40,11 @@ STATE_TIMES_S = (8.0, 20.0, 50.0, 125.0, 320.0, 800.0, 2000.0)
 """time constants of states that follow what is driven, a factor of two and a half apart: a function of one with another
 constant is nearly one of the next; below lies what a recording's rows hardly show, above the campaign's own course
 """
+WORKED_TIMES_S = (4.0, 16.0, 64.0)
+"""time constants with which motion works something up that rest restores more slowly, a factor of four apart: a curve
+over such a state makes up for less"""
+REST_TIMES_S = (50.0, 125.0, 320.0, 800.0, 2000.0)
+"""time constants with which rest restores it: pauses of a campaign last from seconds to half an hour"""
 STATE_REACHES = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
 """rad at the output: how far something is taken along before it slips, up to most of a revolution"""
 STATE_IMPULSES = (100.0, 250.0, 600.0, 1500.0, 4000.0, 10000.0, 25000.0)
@@ -88,6 +93,13 @@ def _impulse(limit: float) -> Quantity:
     return Quantity(words, "N*m*s", lambda f: through(_load, f, come))
 
 
+def _worked(rest: float, motion: float) -> Quantity:
+    """How far motion has worked up what rest restores: a film that is squeezed out, grease that thins."""
+    state = partial(worked_up, rest=rest, motion=motion)
+    words = f"how far motion has worked it up within {motion:g} s, restored by {rest:g} s of rest"
+    return Quantity(words, "1", lambda f: through(lambda at: np.abs(at.direction), f, state))
+
+
 def _angle(frame: Frame) -> FloatArray:
     return frame.q
 
@@ -125,6 +137,7 @@ class _Kind:
 _KINDS: dict[str, _Kind] = {
     **{kind: _Kind(partial(_recent, *driven), STATE_TIMES_S) for kind, driven in _DRIVEN.items()},
     "risen": _Kind(_risen, STATE_TIMES_S),
+    **{f"worked_in_{s:g}s": _Kind(partial(_worked, motion=s), REST_TIMES_S) for s in WORKED_TIMES_S},
     "taken_along": _Kind(_taken_along, STATE_REACHES, "mrad", 1000.0),
     "impulse": _Kind(_impulse, STATE_IMPULSES, "Nms"),
 }

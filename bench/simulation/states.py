@@ -73,6 +73,35 @@ def limited_along(area: FloatArray, out: FloatArray, z: float, limit: float) -> 
     return z
 
 
+@numba.njit(cache=True)
+def worked(y: float, moves: float, dt: float, rest: float, motion: float) -> float:
+    """The state that motion works up and rest restores, after ``dt`` s in which something moves (1) or stands (0)."""
+    if moves > 0.5:
+        return float(1.0 + (y - 1.0) * np.exp(-dt / motion))
+    return float(y * np.exp(-dt / rest))
+
+
+@numba.njit(cache=True)
+def worked_along(
+    x: FloatArray,
+    moved: FloatArray,
+    before: FloatArray,
+    own: FloatArray,
+    out: FloatArray,
+    y: float,
+    rest: float,
+    motion: float,
+) -> float:
+    """Fill ``out`` (n,) with the state that motion works up along x (1 where something moves), from y; y at the end.
+
+    To a row it goes ``before`` (n,) s as ``moved`` (n,) says, then its ``own`` (n,) s as x does.
+    """
+    for i in range(x.size):
+        y = worked(worked(y, moved[i], before[i], rest, motion), x[i], own[i], rest, motion)
+        out[i] = y
+    return y
+
+
 class Memory:
     """States of a frame's terms that go on in the next frame: a row each, in the order in which the terms ask for them.
 
@@ -130,6 +159,16 @@ class Memory:
         before = np.concatenate((states[1:], x[1:-1]))
         out[0] = states[0]
         states[:] = limited_along(0.5 * (x[1:] + before) * dt[1:], out[1:], states[0], limit), x[-1]
+        return out
+
+    def worked(self, x: FloatArray, dt: FloatArray, rest: float, motion: float) -> FloatArray:
+        """The state that motion works up as it goes on; ``dt`` (n,) s between rows."""
+        states, out = self._next(), np.empty(x.size)
+        if np.isnan(states[0]):
+            states[:] = 0.0, x[0]
+        moved = np.concatenate((states[1:], x[1:-1]))
+        out[0], half = states[0], 0.5 * dt[1:]
+        states[:] = worked_along(x[1:], moved, half, half, out[1:], states[0], rest, motion), x[-1]
         return out
 
     def _next(self) -> FloatArray:

@@ -124,6 +124,7 @@ _ONE: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
         ("torque", (READ,)),
     ),
 }
+_WORKED = tuple(kind for kind in OF_KIND if kind.startswith("worked"))
 # functions of states that are not recorded, as above; none follows the channel itself, not even through the loss: it
 # would predict itself
 _OF_STATES: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
@@ -134,6 +135,7 @@ _OF_STATES: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
             (OF_KIND["recent_speed"], ("w",)),
             (OF_KIND["recent_load"], ("d",)),
             (OF_KIND["recent_load"], ("tau",)),
+            *((OF_KIND[kind], ("d",)) for kind in _WORKED),
         ),
         LOAD_TORQUE: (
             (OF_KIND["taken_along"], ("1",)),
@@ -146,6 +148,7 @@ _OF_STATES: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
             (OF_KIND["recent_load"], ("1",)),
             (OF_KIND["recent_speed"], ("1",)),
             (OF_KIND["recent_loss"], ("1",)),
+            *((OF_KIND[kind], ("1",)) for kind in _WORKED),
         ),
         TEMPERATURE: (),
     }.items()

@@ -88,6 +88,7 @@ MADE: dict[str, list[dict[str, Any]]] = {
             "recent_load_motor_2s": 400.0,
             "taken_along_50mrad": 0.05,
             "impulse_300Nms": 300.0,
+            "worked_in_4s_50s": 0.3,
         }.items()
     ],
     "waves": [

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from bench.errors import ConfigurationError
 from bench.mismatch.recordings.rows import reduced
 from bench.simulation.frame import gone_through
-from bench.simulation.memory import limited_integral, taken_along
+from bench.simulation.memory import limited_integral, taken_along, worked_up
 from bench.simulation.quantities import (
     OF_KIND,
     QUANTITIES,
@@ -79,10 +79,38 @@ def test_an_impulse_of_rows_of_unequal_length_is_that_of_the_samples() -> None:
     assert np.abs(short - mean).max() < 0.08 * np.ptp(mean)
 
 
+@given(rest=st.floats(5.0, 500.0), motion=st.floats(1.0, 50.0))
+def test_what_motion_works_up_rest_restores(rest: float, motion: float) -> None:
+    turns = (np.arange(FRAME.size) // 50 % 2).astype(float)
+    state = worked_up(turns, FRAME, rest, motion)
+    assert np.all((state >= 0.0) & (state <= 1.0))
+    same = (FRAME.recording[1:] == FRAME.recording[:-1]) & (turns[1:] == turns[:-1])
+    step = np.diff(FRAME.time)[same]
+    left = np.where(turns[1:] > 0.5, 1.0 - state[1:], state[1:])[same]
+    before = np.where(turns[1:] > 0.5, 1.0 - state[:-1], state[:-1])[same]
+    assert left == pytest.approx(before * np.exp(-step / np.where(turns[1:][same] > 0.5, motion, rest)), abs=1e-12)
+
+
+def test_between_recordings_it_is_restored_whatever_they_end_with() -> None:
+    state = worked_up(np.ones(FRAME.size), FRAME, 30.0, 4.0)
+    (begin,) = np.flatnonzero(FRAME.recording == 1)[:1]
+    gap = FRAME.time[begin] - FRAME.elapsed[begin] - FRAME.time[begin - 1]
+    restored = state[begin - 1] * np.exp(-gap / 30.0)
+    assert gap > 0.0
+    assert state[begin] == pytest.approx(1.0 + (restored - 1.0) * np.exp(-FRAME.elapsed[begin] / 4.0))
+
+
 def test_states_go_on_through_rows_that_lie_aside() -> None:
     beside = FRAME.recording == 1
     apart = replace(FRAME.take(~beside), aside=FRAME.take(beside))
-    for name in ("impulse_600Nms", "recent_torque_50s", "recent_speed_8s", "taken_along_200mrad", "warming"):
+    for name in (
+        "impulse_600Nms",
+        "recent_torque_50s",
+        "recent_speed_8s",
+        "taken_along_200mrad",
+        "worked_in_4s_50s",
+        "warming",
+    ):
         assert quantity(name, apart) == pytest.approx(quantity(name, FRAME)[~beside], abs=1e-9)
     assert gone_through(apart).torque == pytest.approx(FRAME.torque)
 
