@@ -33,7 +33,7 @@ from bench.mismatch.regression.model import ChannelModel, Chosen, fit_blocks
 from bench.mismatch.regression.nameless_heat import gain_heat, nameless_heat, nameless_load_heat, sensor_heat
 from bench.mismatch.regression.nameless_load import nameless_load
 from bench.mismatch.regression.problem import CHANNELS, TORQUE_ZERO, BaseTerm, ChannelProblem
-from bench.mismatch.regression.regressors import UNKNOWN, Named
+from bench.mismatch.regression.regressors import UNKNOWN, Named, Regressor
 from bench.mismatch.regression.search import searched
 from bench.mismatch.regression.slots import Slot
 from bench.mismatch.regression.slow_noise import of_a_row
@@ -63,6 +63,8 @@ class Analysis:
     """what the motor torque holds of the load's reaction through the transmission error"""
     periodic: dict[str, list[Discovery]] = field(default_factory=dict)
     """orders that are taken off the rows of a torque, where these are short enough to follow them"""
+    misread: tuple[Regressor, ...] = ()
+    """errors of the torque sensor, which are taken off what it reads"""
     plain: dict[str, Fit] = field(default_factory=dict)
     """the simulation alone, fitted to the rows of such a torque with the orders in them"""
 
@@ -160,6 +162,7 @@ def analyse(
                 known = _acting(out, data, given, _known_of(search), seed, banned)
                 loads, unsure = _loads(out, data, given, search.model, known)
                 acting = (*acting, *known, *loads)
+                out.misread = tuple(k.regressor for k in acting if k.misread)
                 in_angles = _excluded_delay(search)
                 shown = tuple(_shown_here_first([chosen.effect for chosen in search.model.chosen]))
             if channel == TEMPERATURE and MOTOR_TORQUE in out.searches:
@@ -344,7 +347,7 @@ def _heat(out: Analysis, data: Dataset, given: Given, rows: Rows, seed: int, ban
                 nameless = (*nameless, unsure.term(capacity))
         if LOAD_TORQUE in models:
             load = models[LOAD_TORQUE]
-            nameless = (*nameless, *nameless_load_heat(load, capacity), *sensor_heat(load, SENSOR, capacity))
+            nameless = (*nameless, *nameless_load_heat(load, capacity), *sensor_heat(load, out.misread, capacity))
         nuisances = (wandering_zero(data, less, zero, capacity, row), *nameless)
         return searched(problem_of(data, given, TEMPERATURE, less, banned, nuisances), seed)
 

@@ -29,6 +29,13 @@ def left_side(times: Sequence[str]) -> str:
     return "temperature" if times and all(map(is_read, times)) else "dT/dt"
 
 
+def as_rate(text: str, times: str, of_all: Sequence[str]) -> str:
+    """A part of an equation of the temperature, whose parts have the factors ``of_all``: beside rates, what is read is
+    told by its rate.
+    """
+    return f"d({text})/dt" if is_read(times) and left_side(of_all) == "dT/dt" else text
+
+
 def unit_of_function(times: str) -> str:
     """Unit of a function in the temperature."""
     return "K" if is_read(times) else "K/s"

@@ -13,6 +13,7 @@ from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.revolutions import Complex
 from bench.mismatch.orders.sight import Sight
 from bench.mismatch.orders.under_mode import passes
+from bench.mismatch.recordings.late import lag_of
 
 MOSTLY = 0.9
 """share of an order's energy that one vector holds, from which a further multiple of the ratio is the encoder's as
@@ -91,16 +92,12 @@ def _constant(model: TransmissionModel, sight: Sight, order: float) -> bool:
 
 
 def _turned_back(vectors: Complex, sight: Sight, order: float) -> Complex:
-    """Vectors (revolutions,) of an order read so much later that their phases, which a moment turns by order times
-    speed, are nearest to one.
+    """Vectors (revolutions,) of an order read so much later that they are nearest to one: a moment turns them by order
+    times speed.
     """
-    mean = complex(np.sum(vectors / sight.stage.scale))
-    phase = np.angle(vectors * np.conj(mean))
-    turned = order * np.array([r.velocity for r in sight.stage.revolutions])
-    weight = np.abs(vectors)
-    line = np.column_stack([np.ones(turned.size), turned]) * weight[:, None]
-    late = float(np.linalg.lstsq(line, phase * weight, rcond=None)[0][1])
-    return np.asarray(vectors * np.exp(-1j * late * turned))
+    speed = np.array([r.velocity for r in sight.stage.revolutions])
+    late = lag_of(vectors[:, None], 1.0 / sight.stage.scale, speed, [order])
+    return np.asarray(vectors * np.exp(-1j * late * speed * order))
 
 
 def _size(model: TransmissionModel, sight: Sight, order: float) -> float:

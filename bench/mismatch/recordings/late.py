@@ -31,22 +31,28 @@ def lag_of(vectors: Complex, one: FloatArray, speed: FloatArray, orders: Sequenc
     """Lag in s of one ripple in vectors (recordings, orders), in which 1 N·m is ``one`` (recordings,).
 
     0 where no lag makes the vectors of one ripple likelier by odds of twenty to one, after the number of lags that were
-    tried.
+    tried. Speeds that are multiples of one another leave several that are as good: of those within the same odds the
+    smallest is taken.
     """
     tried = lags_tried(speed, orders)
-    if tried.size < 2:
+    if tried.size < 3:
         return 0.0
-    left = [scatter(vectors, one, speed, orders, lag) for lag in tried.tolist()]
-    best, near = float(tried[int(np.argmin(left))]), float(tried[1] - tried[0])
-    found = minimize_scalar(
-        lambda lag: float(np.log(scatter(vectors, one, speed, orders, lag))),
-        bounds=(best - near, best + near),
-        method="bounded",
-        options={"xatol": 1e-3 * near},
-    )
     freedom = vectors.size - vectors.shape[1]
-    gain = freedom * (float(np.log(scatter(vectors, one, speed, orders, 0.0))) - float(found.fun))
-    return float(found.x) if gain > criteria.RICHER + float(np.log(tried.size)) else 0.0
+
+    def cost(lag: float) -> float:
+        return float(freedom * np.log(scatter(vectors, one, speed, orders, lag)))
+
+    costs, near = np.array([cost(lag) for lag in tried.tolist()]), float(tried[1] - tried[0])
+    lower = np.concatenate(([np.inf], costs[:-1])), np.concatenate((costs[1:], [np.inf]))
+    minima = tried[(costs <= lower[0]) & (costs <= lower[1])]
+    found = [
+        minimize_scalar(cost, bounds=(lag - near, lag + near), method="bounded", options={"xatol": 1e-3 * near})
+        for lag in minima.tolist()
+    ]
+    best = min(float(one.fun) for one in found)
+    nearest = min((one for one in found if one.fun < best + criteria.RICHER), key=lambda one: abs(float(one.x)))
+    gain = cost(0.0) - float(nearest.fun)
+    return float(nearest.x) if gain > criteria.RICHER + float(np.log(tried.size)) else 0.0
 
 
 def scatter(vectors: Complex, one: FloatArray, speed: FloatArray, orders: Sequence[float], lag: float) -> float:

@@ -144,7 +144,8 @@ def corners(acceleration: FloatArray, rate: float, span: float) -> NDArray[np.bo
     marked = jump > max(6.0 * noise, 0.1 * largest, 0.5)
     if marked.mean() > 0.3:  # no trapezoids here: a speed that never rests has no corners
         return np.zeros(acceleration.size, dtype=bool)
-    spread = np.convolve(marked.astype(np.float64), np.ones(2 * (half // 2) + 1), mode="same")
+    near = half // 2
+    spread = np.convolve(marked.astype(np.float64), np.ones(2 * near + 1))[near : near + acceleration.size]
     return np.asarray(spread > 0.5)
 
 

@@ -6,6 +6,7 @@ so differences of single samples say nothing. Wild samples are found against a r
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -23,7 +24,7 @@ from bench.mismatch.recordings.level import kept_segments, levelled, numbered
 from bench.mismatch.recordings.motion import Manner, away_from_turns, corners, directions, passing, since_change
 from bench.mismatch.recordings.notch import notched
 from bench.mismatch.recordings.ripple import Ripple, ripple_of
-from bench.mismatch.recordings.runs import Runs, smoothed
+from bench.mismatch.recordings.runs import LOST, Runs, smoothed
 from bench.mismatch.recordings.shaking import count_of, shaken
 from bench.mismatch.recordings.smoothing import SHORTEST, local_quadratic, repaired, window
 from bench.mismatch.recordings.thinning import Measured, Thinning, group_of
@@ -249,8 +250,7 @@ def prepare(
     temperature = np.full(n, criteria.REFERENCE_CELSIUS)
     if "temperature" in signals and not signals.bad["temperature"].all():
         # what a thermometer's noise does no lubricant does: a curve over it would follow the noise
-        lost = Runs.of(time, rate, STEADY_HEAT_S, np.zeros(n, dtype=np.int64))
-        temperature = smoothed(signals.mean("temperature"), STEADY_HEAT_S, lost)[0]
+        temperature = _of_lubricant(signals.mean("temperature"), time, rate)
     frame = Frame(
         ratio=ratio,
         recording=np.full(n, index, dtype=np.int64),
@@ -298,6 +298,19 @@ def prepare(
     kind = recording.kind
     parts = (measured, swept, leaning, angle, label, corner, dead, taken, simulated, signals.faulty)
     return Prepared(kind, rate, frame, thinning, *parts)
+
+
+def _of_lubricant(read: FloatArray, time: FloatArray, rate: float) -> FloatArray:
+    """A temperature that was ``read`` (n,) at times (n,) without the noise of its thermometer; each piece between lost
+    cycles by itself. As it is where so short a parabola holds too few samples to smooth them.
+    """
+    out = read.astype(np.float64)
+    if STEADY_HEAT_S * rate < SHORTEST:
+        return out
+    edges = [0, *(np.flatnonzero(np.diff(time) * rate > LOST) + 1).tolist(), time.size]
+    for a, b in itertools.pairwise(edges):
+        out[a:b] = local_quadratic(read[a:b], rate, STEADY_HEAT_S)[0]
+    return out
 
 
 def _quieter(one: FloatArray, other: FloatArray) -> FloatArray:

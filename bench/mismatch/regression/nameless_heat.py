@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +11,7 @@ from bench.mismatch import criteria
 from bench.mismatch.regression.model import ChannelModel, Chosen
 from bench.mismatch.regression.nameless import NamelessCourse
 from bench.mismatch.regression.problem import BaseTerm, Untold, fixed_part
+from bench.mismatch.regression.regressors import Regressor
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.memory import integral
 from bench.simulation.terms import MOTOR_TORQUE
@@ -121,12 +122,12 @@ def nameless_load_heat(model: ChannelModel, capacity: float) -> tuple[BaseTerm, 
     return (BaseTerm(NamelessLoadHeat(NamelessCourse.of(model)), (capacity**2,)),)
 
 
-def sensor_heat(model: ChannelModel, sensor: str, capacity: float) -> tuple[BaseTerm, ...]:
-    """The base terms of the temperature for a model of the load torque and a heat capacity (J/K), one for each error of
-    the torque sensor that was given or found: ids that begin with ``sensor``.
+def sensor_heat(model: ChannelModel, misread: Collection[Regressor], capacity: float) -> tuple[BaseTerm, ...]:
+    """The base terms of the temperature for a model of the load torque and a heat capacity (J/K), one for each given or
+    found error of the torque sensor, those that are ``misread`` and so taken off its reading.
     """
     given = (Chosen(block) for block in model.base)
-    errors = [one for one in (*given, *model.chosen) if one.effect.startswith(sensor)]
+    errors = [one for one in (*given, *model.chosen) if one.main.regressor in misread]
     return tuple(BaseTerm(SensorHeat(model, e), (capacity**2,) * (len(e.main.indices) + 1)) for e in errors)
 
 

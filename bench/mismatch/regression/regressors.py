@@ -13,7 +13,7 @@ import numpy as np
 
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.quantities import FACTOR_OF, QUANTITIES, READ, REMEMBERED, in_words, kind_of, label
-from bench.simulation.reading import is_read, left_side, of_temperature, unit_of_function
+from bench.simulation.reading import as_rate, is_read, left_side, of_temperature, unit_of_function
 from bench.simulation.tables import Grid
 from bench.simulation.terms import CHANNEL_UNITS, LIBRARY, TEMPERATURE, Form, Point, Term
 
@@ -151,7 +151,8 @@ class Free:
         of = " and ".join(label(name) for name in self.grids[0].over)
         times = {in_words(g.times) for g in self.grids} - {""}
         straight = all(len(knots) == STRAIGHT for g in self.grids for knots in g.knots)
-        return f"a {'straight line over' if straight else 'function of'} {of}" + (
+        read = ", read by the thermometer" if of_reading(self) else ""
+        return f"a {'straight line over' if straight else 'function of'} {of}{read}" + (
             f", times {' and '.join(sorted(times))}" if times else ""
         )
 
@@ -167,7 +168,7 @@ class Free:
                 parts.append(f"c{mark}*{times}")
                 continue
             function = grid.formula or f"{name}({', '.join(grid.over)})"
-            parts.append(f"{times + '*' if times else ''}{function}")
+            parts.append(as_rate(f"{times + '*' if times else ''}{function}", grid.times, self.times))
         left = left_side(self.times) if self.channel == TEMPERATURE else self.channel
         return f"{left} += {' + '.join(parts)}" + (", f a table" if self.variables_of_tables else "")
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.mismatch import criteria
+from bench.mismatch.regression.excess import levelled
 from bench.mismatch.regression.model import ChannelModel, Chosen, fit_blocks
 from bench.mismatch.regression.regressors import of_reading
 from bench.simulation.frame import FloatArray, IntArray
@@ -41,9 +42,12 @@ def strength(model: ChannelModel, candidate: Chosen) -> Strength:
     train = problem.train
     fitted = fit_blocks(model.bank, model.blocks([*model.chosen, candidate]), model.variances)
     course = model.contribution(candidate, problem.rows.frame, fitted)[train]
-    size = size_of(model, model.calibration.beyond(course))
-    shift = criteria.SELF_HEATING_K / max(model.floor, 1e-300) if of_reading(candidate.main.regressor) else 0.0
-    return replace(size, trusted=max(size.trusted, shift))
+    beyond = model.calibration.beyond(course)
+    if not of_reading(candidate.main.regressor):
+        return size_of(model, beyond)
+    # a recording's temperature begins at a level of its own: only how the reading shifts within it is seen
+    size = size_of(model, levelled(beyond, problem.rows.frame.take(train), problem.rows.number[train]))
+    return replace(size, trusted=max(size.trusted, criteria.SELF_HEATING_K / max(model.floor, 1e-300)))
 
 
 def added(model: ChannelModel, candidate: Chosen) -> Strength:

@@ -13,7 +13,7 @@ from bench.simulation import formulas
 from bench.simulation.formulas import Formula
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.quantities import AUXILIARY, FACTOR_OF, in_words, label
-from bench.simulation.reading import left_side, of_temperature
+from bench.simulation.reading import as_rate, left_side, of_temperature
 from bench.simulation.terms import TEMPERATURE
 
 PLAIN = {"since_reversal": "distance_since_start", "elapsed": "seconds"}
@@ -52,8 +52,8 @@ class Equation:
         for times, members in groups.items():
             word, joined = in_words(times), " + ".join(members)
             several = f"({joined})" if len(members) > 1 else joined
-            parts.append(f"{word}*{several}" if word else joined)
-        left = left_side([times for times, _ in self.formula.parts]) if self.channel == TEMPERATURE else self.channel
+            parts.append(as_rate(f"{word}*{several}" if word else joined, times, list(groups)))
+        left = left_side(list(groups)) if self.channel == TEMPERATURE else self.channel
         return f"{left} += {' + '.join(parts)}"
 
     def _shown(self, found: re.Match[str]) -> str:

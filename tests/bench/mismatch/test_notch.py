@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bench.mismatch.recordings.late import lag_of
 from bench.mismatch.recordings.notch import _coherence, _without_inertia, notched
 from bench.mismatch.recordings.ripple import ripple_of
 from bench.recording import ChannelSpec, Recording, Segment, write_recording
@@ -65,6 +66,20 @@ def test_how_late_the_sensor_tells_the_ripple_is_read_from_its_phase_at_each_spe
     seen = ripple_of(recordings(tmp_path, ripple=0.05, lag=lag))
     assert seen.orders == (270.0, 540.0)
     assert seen.lag == pytest.approx(lag, abs=5e-4)
+
+
+@pytest.mark.parametrize("speeds", [(0.25, -0.25, 0.5, -0.5), (0.5, -0.5), (0.25, 0.5, 0.75, 1.0)])
+@pytest.mark.parametrize("lag", [0.004, -0.01, 0.0])
+def test_of_lags_that_are_as_good_at_speeds_that_are_multiples_the_smallest_is_taken(
+    speeds: tuple[float, ...], lag: float
+) -> None:
+    """A lag of a whole period between the speeds' differences makes the same vectors."""
+    rng = np.random.default_rng(7)
+    speed = np.tile(np.array(speeds), 12 // len(speeds))
+    orders, one = (270.0, 540.0), rng.uniform(8.0, 12.0, speed.size)
+    noise = rng.normal(size=(speed.size, 2)) + 1j * rng.normal(size=(speed.size, 2))
+    vectors = one[:, None] * np.exp(1j * (lag * speed[:, None] * np.array(orders) + 0.3)) + 0.3 * noise
+    assert lag_of(vectors, one, speed, orders) == pytest.approx(lag, abs=3e-4)
 
 
 def test_a_ripple_that_is_told_at_once_has_no_lag(tmp_path: Path) -> None:

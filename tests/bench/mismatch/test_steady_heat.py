@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from bench.mismatch.recordings.motion import Manner
-from bench.mismatch.recordings.prepared import Folder, prepare
+from bench.mismatch.recordings.prepared import Folder, _of_lubricant, prepare
 from bench.recording import ChannelSpec, Recording, Segment, write_recording
 from bench.simulation.frame import FloatArray
 from tests.bench.recording import builders
@@ -40,9 +40,16 @@ def test_noise_of_a_thermometer_that_is_read_four_times_a_second_goes_and_the_co
 
 
 def test_it_is_not_smoothed_over_lost_cycles(tmp_path: Path) -> None:
-    """Ten minutes are lost, in which the gearbox has cooled down."""
-    half = SIZE // 2
-    time = np.concatenate([TIME[:half], TIME[half:] + 600.0])
-    level = np.where(np.arange(SIZE) < half, 36.0, 31.0)
-    read, _ = as_read(tmp_path, level, time)
+    """Ten minutes are lost again and again, in which the gearbox has cooled down or warmed up; what is left between is
+    shorter than what is smoothed.
+    """
+    number = np.arange(SIZE) // 600
+    level = np.array([36.0, 31.0, 40.0, 25.0, 33.0, 28.0, 30.0, 35.0, 27.0, 38.0])[number]
+    read, _ = as_read(tmp_path, level, TIME + 600.0 * number)
     assert np.allclose(read, level)
+
+
+def test_readings_too_far_apart_to_be_smoothed_stay_as_they_are() -> None:
+    time = 10.0 * np.arange(40.0)
+    read = np.where(time < 200.0, 30.0, 35.0)
+    assert np.array_equal(_of_lubricant(read, time, 0.1), read)

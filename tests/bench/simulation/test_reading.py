@@ -29,6 +29,9 @@ def test_a_function_that_is_read_is_there_at_once_and_a_rate_adds_up() -> None:
         "dT/dt += f(velocity), f a table",
         "temperature += f(velocity), f a table",
     )
+    both = Free(TEMPERATURE, (*read.grids, *rate.grids))
+    assert both.equation == "dT/dt += d(f_1(velocity))/dt + f_2(velocity), f a table"
+    assert read.words == "a function of velocity, read by the thermometer"
     assert {row["unit"] for row in read.parameters(np.ones(3), np.ones(3))} == {"K"}
     assert {row["unit"] for row in rate.parameters(np.ones(3), np.ones(3))} == {"K/s"}
 

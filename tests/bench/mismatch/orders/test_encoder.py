@@ -56,7 +56,9 @@ def test_multiples_of_the_ratio(
     assert of_motor(model, sight(sizes, constant), RATIO) == told
 
 
-@pytest.mark.parametrize(("turns", "wavers", "told"), [(1e-3, 0.0, (370.0,)), (0.0, 0.02, ()), (1e-3, 0.02, ())])
+@pytest.mark.parametrize(
+    ("turns", "wavers", "told"), [(1e-3, 0.0, (370.0,)), (0.02, 0.0, (370.0,)), (0.0, 0.02, ()), (1e-3, 0.02, ())]
+)
 def test_an_order_that_moments_of_reading_turn_by_the_speed_is_the_encoders(
     turns: float, wavers: float, told: tuple[float, ...]
 ) -> None:

@@ -76,7 +76,7 @@ def test_heat_of_an_error_of_the_torque_sensor_is_what_it_is_unsure_by_and_its_f
     search = begun(own)
     gain = Chosen(add_block(own, search.model.bank, named("sensor.torque_gain", LOAD_TORQUE, "gain")))
     model = replace(search.model, chosen=[gain], fit=search.model.refitted([gain]))
-    (term,) = sensor_heat(model, "sensor.torque", 2.0e4)
+    (term,) = sensor_heat(model, [gain.main.regressor], 2.0e4)
     assert term.regressor.effect == NUISANCE
     assert term.precision == (2.0e4**2,) * 2
     unsure, form = term.regressor.columns(frame).T
@@ -88,4 +88,5 @@ def test_heat_of_an_error_of_the_torque_sensor_is_what_it_is_unsure_by_and_its_f
     value, covariance = model.fit.of(gain.main.indices)
     ratio = float(np.sqrt(covariance[0, 0])) / float(value[0])
     assert np.allclose(np.abs(unsure * criteria.SHAPE), np.abs(form * ratio))
-    assert sensor_heat(replace(model, chosen=[]), "sensor.torque", 2.0e4) == ()
+    # an error of the load motor's report was taken off nothing
+    assert sensor_heat(model, [], 2.0e4) == ()
