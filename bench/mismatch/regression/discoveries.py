@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from bench.mismatch.regression.excess import excess, levelled
 from bench.mismatch.regression.independent import independent, much_is_left
 from bench.mismatch.regression.model import ChannelModel, Chosen, of_start
 from bench.mismatch.regression.refine import strained
-from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor
+from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor, of_reading
 from bench.mismatch.regression.slots import Contender, Slot
 from bench.mismatch.regression.spells import spell_of
 from bench.mismatch.regression.state import Search
@@ -127,9 +128,17 @@ def _over_angle(
 
 
 def excess_of(model: ChannelModel, chosen: Chosen, frame: Frame, number: FloatArray) -> FloatArray:
-    """What of an effect's course on the rows of a frame (n,) no calibration of the simulation can say."""
+    """What of an effect's course on the rows of a frame (n,) no calibration of the simulation can say.
+
+    A reading that shifts at once is where it shifts, beyond what it is at rest without a load: heat shifts nothing at
+    once, whatever level a recording begins with.
+    """
     course = model.contribution(chosen, frame)
     base = model.calibrated
+    if of_reading(chosen.main.regressor):
+        nothing = np.zeros(1)
+        rest = replace(frame.take(slice(0, 1)), velocity=nothing, torque=nothing, torque_level=nothing)
+        return np.asarray(course - model.contribution(chosen, rest))
     if not model.problem.spec.integral:
         return beyond(course, base, frame, number)
     columns = [levelled(r.columns(frame), frame, number) for r in base]

@@ -7,6 +7,7 @@ import pytest
 
 from bench.mismatch import criteria
 from bench.mismatch.recordings.rows import Rows
+from bench.mismatch.regression.discoveries import excess_of
 from bench.mismatch.regression.problem import ChannelProblem, nominal_base
 from bench.mismatch.regression.regressors import Free, of_reading
 from bench.mismatch.regression.search import searched
@@ -77,6 +78,9 @@ def test_a_shift_is_told_as_one() -> None:
     course = course - course[~moving].mean()
     true = 0.2 * np.abs(frame.velocity) ** 1.4 * np.where(frame.velocity > 0, 1.0, -0.4)
     assert np.std((course - true)[moving]) < 0.2 * np.std(true[moving])
+    # it lies where the reading shifts, and not at rest
+    lies = excess_of(model, found, frame, own.rows.number)
+    assert np.sum(lies[~moving] ** 2) < 0.01 * np.sum(lies**2)
 
 
 def test_nothing_is_told_where_nothing_shifts() -> None:
