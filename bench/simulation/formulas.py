@@ -16,7 +16,7 @@ import numpy as np
 
 from bench.errors import ConfigurationError
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.quantities import factor, quantity
+from bench.simulation.quantities import factor, quantity, require_known
 
 FUNCTIONS: dict[str, Any] = {"exp": np.exp, "tanh": np.tanh, "sin": np.sin, "cos": np.cos, "abs": np.abs}
 """functions that an expression may have"""
@@ -123,6 +123,7 @@ def from_json(row: Mapping[str, Any], where: str) -> tuple[Formula, FloatArray]:
         ) from error
     if len(over) != len(within) or not parts or any(low > high for low, high in within):
         raise ConfigurationError(f"{where}: a formula should have a part, and a range for each of its quantities")
+    require_known(over, [times for times, _ in parts], where)
     plain = Formula(over, within, parts)
     missing = [symbol for symbol in plain.coefficients if symbol not in values]
     if missing:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
 
@@ -297,12 +297,32 @@ def quantity(name: str, frame: Frame) -> FloatArray:
     if f"{HELD}{name}" in frame.aux:
         return frame.aux[f"{HELD}{name}"]
     if name not in QUANTITIES:
-        states = [state_named("recent_speed", 50.0), state_named("taken_along", 0.02), state_named("impulse", 600.0)]
-        raise ConfigurationError(
-            f"there is no quantity '{name}', it should be one of {', '.join(QUANTITIES)}, or a state such as"
-            f" {', '.join(states)} (a whole number)"
-        )
+        raise ConfigurationError(_no_quantity(name))
     return np.asarray(QUANTITIES[name].values(frame))
+
+
+def _no_quantity(name: str) -> str:
+    states = [state_named("recent_speed", 50.0), state_named("taken_along", 0.02), state_named("impulse", 600.0)]
+    return (
+        f"there is no quantity '{name}', it should be one of {', '.join(QUANTITIES)}, or a state such as"
+        f" {', '.join(states)} (a whole number)"
+    )
+
+
+def _no_factor(name: str) -> str:
+    return f"there is no factor '{name}', it should be one of {', '.join(FACTORS)}"
+
+
+def require_known(over: Iterable[str], times: Iterable[str], where: str) -> None:
+    """Raise ConfigurationError, which begins with ``where``, if a quantity, or a factor of a product, is not known.
+    Which auxiliary quantities there are the recordings say.
+    """
+    for name in over:
+        if not name.startswith(AUXILIARY) and name not in QUANTITIES:
+            raise ConfigurationError(f"{where}: {_no_quantity(name)}")
+    for part in (part for product in times for part in product.split("*")):
+        if part not in FACTORS:
+            raise ConfigurationError(f"{where}: {_no_factor(part)}")
 
 
 def factor(name: str, frame: Frame) -> FloatArray:
@@ -310,7 +330,7 @@ def factor(name: str, frame: Frame) -> FloatArray:
     out = np.ones(frame.size)
     for part in name.split("*"):
         if part not in FACTORS:
-            raise ConfigurationError(f"there is no factor '{part}', it should be one of {', '.join(FACTORS)}")
+            raise ConfigurationError(_no_factor(part))
         if part != "1":
             out = out * FACTORS[part](frame)
     return out

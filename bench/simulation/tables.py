@@ -13,7 +13,7 @@ import numpy as np
 
 from bench.errors import ConfigurationError
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.quantities import factor, quantity
+from bench.simulation.quantities import factor, quantity, require_known
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +96,7 @@ def from_json(row: Mapping[str, Any], where: str) -> tuple[Grid, FloatArray]:
         raise ConfigurationError(f"{where}: a table should have over, times, knots and values ({error!r})") from error
     if len(grid.over) != len(knots) or any(len(k) < 2 or np.any(np.diff(k) <= 0.0) for k in knots):
         raise ConfigurationError(f"{where}: a table should have two or more ascending knots for each of its quantities")
+    require_known(grid.over, [grid.times], where)
     shape = tuple(len(k) for k in knots)
     if values.shape != shape or not np.isfinite(values).all():
         raise ConfigurationError(f"{where}: the table's values have shape {values.shape}, they should have {shape}")
