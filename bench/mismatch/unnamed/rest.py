@@ -44,7 +44,8 @@ def unexplained(outcome: ChannelOutcome) -> None:
     after, every = outcome.settled, outcome.rmse.get("after")
     much = _much(outcome, every)
     if _rare(p) or much:
-        outcome.discoveries = [_whole(d, outcome) for d in outcome.discoveries]
+        # blocks that scatter are what is left themselves: beside them is noise, unless its amount says otherwise
+        outcome.discoveries = [_whole(d, outcome) if d.simulation_rows or much else d for d in outcome.discoveries]
     if any(d.effect == UNNAMED for d in outcome.discoveries):
         if every is not None and much:
             _with_the_small(outcome, every)

@@ -178,15 +178,25 @@ def test_orders_are_told_beside_whatever_is_left() -> None:
     assert [d.effect for d in own.discoveries] == ["te.harmonic", "unknown"]
 
 
-@pytest.mark.parametrize(("p_value", "after", "told"), [(1e-4, 1.0, True), (1.0, 2.0, True), (1.0, 1.0, False)])
+@pytest.mark.parametrize(
+    ("p_value", "after", "rows", "told"),
+    [
+        (1e-4, 1.0, 1, True),
+        (1.0, 2.0, 1, True),
+        (1.0, 1.0, 1, False),
+        # blocks that scatter have no row of a simulation: the structure is theirs
+        (1e-4, 1.0, 0, False),
+        (1e-4, 2.0, 0, True),
+    ],
+)
 @pytest.mark.parametrize("everywhere", [True, False])
 def test_a_function_without_a_name_lies_where_what_it_leaves_lies(
-    p_value: float, after: float, told: bool, everywhere: bool
+    p_value: float, after: float, rows: int, told: bool, everywhere: bool
 ) -> None:
     """Structure says that noise is not all that is left, or its amount does."""
     frame = made.campaign()
     added = np.full(frame.size, 0.1)
-    function = made.discovery("motor_torque", "unknown", added, ("time",))
+    function = made.discovery("motor_torque", "unknown", added, ("time",), simulation_rows=({},) * rows)
     own = made.outcome(frame, "motor_torque", [replace(function, everywhere=added if everywhere else None)], SIGMA)
     own.structure = Structure(p_value, "test")
     own.rmse["after"] = after * own.floor
