@@ -99,8 +99,9 @@ static double campaign_lag(double *z, double dt, double x, double constant)
 static double worked_up(double *z, double dt, double x, double rest, double motion)
 {
     if (z[0] == 0.0) { z[0] = 1.0; z[1] = x; z[2] = 0.0; }
-    z[2] = z[1] > 0.5 ? 1.0 + (z[2] - 1.0) * exp(-0.5 * dt / motion) : z[2] * exp(-0.5 * dt / rest);
-    z[2] = x > 0.5 ? 1.0 + (z[2] - 1.0) * exp(-0.5 * dt / motion) : z[2] * exp(-0.5 * dt / rest);
+    const double moves[2] = {z[1], x};
+    for (int i = 0; i < 2; i++)
+        z[2] = moves[i] > 0.5 ? 1.0 + (z[2] - 1.0) * exp(-0.5 * dt / motion) : z[2] * exp(-0.5 * dt / rest);
     z[1] = x;
     return z[2];
 }

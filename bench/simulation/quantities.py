@@ -43,6 +43,8 @@ constant is nearly one of the next; below lies what a recording's rows hardly sh
 WORKED_TIMES_S = (4.0, 16.0, 64.0)
 """time constants with which motion works something up that rest restores more slowly, a factor of four apart: a curve
 over such a state makes up for less"""
+WORKED = {f"worked_in_{s:g}s": s for s in WORKED_TIMES_S}
+"""kinds of such states, with the time constant of motion"""
 REST_TIMES_S = (50.0, 125.0, 320.0, 800.0, 2000.0)
 """time constants with which rest restores it: pauses of a campaign last from seconds to half an hour"""
 STATE_REACHES = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
@@ -137,7 +139,7 @@ class _Kind:
 _KINDS: dict[str, _Kind] = {
     **{kind: _Kind(partial(_recent, *driven), STATE_TIMES_S) for kind, driven in _DRIVEN.items()},
     "risen": _Kind(_risen, STATE_TIMES_S),
-    **{f"worked_in_{s:g}s": _Kind(partial(_worked, motion=s), REST_TIMES_S) for s in WORKED_TIMES_S},
+    **{kind: _Kind(partial(_worked, motion=s), REST_TIMES_S) for kind, s in WORKED.items()},
     "taken_along": _Kind(_taken_along, STATE_REACHES, "mrad", 1000.0),
     "impulse": _Kind(_impulse, STATE_IMPULSES, "Nms"),
 }

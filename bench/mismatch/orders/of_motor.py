@@ -88,7 +88,9 @@ def _constant(model: TransmissionModel, sight: Sight, order: float) -> bool:
     phase turned back by the speed. Moments at which two encoders are read differ a little.
     """
     vectors = sight.at(model, order)
-    return any(sight.gains(each, order)[1] == 0 for each in (vectors, _turned_back(vectors, sight, order)))
+    # a lag is looked for only where one is needed
+    as_it_is = sight.gains(vectors, order)[1] == 0
+    return as_it_is or sight.gains(_turned_back(vectors, sight, order), order)[1] == 0
 
 
 def _turned_back(vectors: Complex, sight: Sight, order: float) -> Complex:

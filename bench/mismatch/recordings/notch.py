@@ -111,6 +111,8 @@ def orders_of(seen: Lines) -> tuple[float, ...]:
     # two orders of each number of pole pairs are asked
     least = float(stats.f.isf(criteria.ERROR_RATE / strength.size, 2, 2 * (one.size - 1)))
     for k, order in itertools.product((1, 2), 6 * pairs):
+        if strength[order // 6 - 1, k - 1] < criteria.LINE_POWER:
+            continue  # none of the ripple's anyway
         line, turned = lines[:, k * order], seen.speed * float(k * order)
         if _coherence(line, one) < least and not _coherent_late(line, one, turned, strength.size):
             strength[order // 6 - 1, k - 1] = 0.0

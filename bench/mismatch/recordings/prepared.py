@@ -6,7 +6,6 @@ so differences of single samples say nothing. Wild samples are found against a r
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -24,7 +23,7 @@ from bench.mismatch.recordings.level import kept_segments, levelled, numbered
 from bench.mismatch.recordings.motion import Manner, away_from_turns, corners, directions, passing, since_change
 from bench.mismatch.recordings.notch import notched
 from bench.mismatch.recordings.ripple import Ripple, ripple_of
-from bench.mismatch.recordings.runs import LOST, Runs, smoothed
+from bench.mismatch.recordings.runs import Runs, smoothed
 from bench.mismatch.recordings.shaking import count_of, shaken
 from bench.mismatch.recordings.smoothing import SHORTEST, local_quadratic, repaired, window
 from bench.mismatch.recordings.thinning import Measured, Thinning, group_of
@@ -307,9 +306,9 @@ def _of_lubricant(read: FloatArray, time: FloatArray, rate: float) -> FloatArray
     out = read.astype(np.float64)
     if STEADY_HEAT_S * rate < SHORTEST:
         return out
-    edges = [0, *(np.flatnonzero(np.diff(time) * rate > LOST) + 1).tolist(), time.size]
-    for a, b in itertools.pairwise(edges):
-        out[a:b] = local_quadratic(read[a:b], rate, STEADY_HEAT_S)[0]
+    pieces = Runs.of(time, rate, STEADY_HEAT_S, np.zeros(time.size, dtype=np.int64)).pieces
+    for piece in pieces or (slice(0, time.size),):
+        out[piece] = local_quadratic(read[piece], rate, STEADY_HEAT_S)[0]
     return out
 
 

@@ -17,7 +17,7 @@ from bench.mismatch.regression.knots import KNOTS, close_knots, ends, is_constan
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor, by_definition
 from bench.mismatch.regression.spells import SPELLS, spells
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.quantities import FACTOR_OF, OF_KIND, QUANTITIES, READ, quantity
+from bench.simulation.quantities import FACTOR_OF, OF_KIND, QUANTITIES, READ, WORKED, quantity
 from bench.simulation.tables import Grid, hats
 from bench.simulation.terms import (
     LIBRARY,
@@ -124,7 +124,6 @@ _ONE: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
         ("torque", (READ,)),
     ),
 }
-_WORKED = tuple(kind for kind in OF_KIND if kind.startswith("worked"))
 # functions of states that are not recorded, as above; none follows the channel itself, not even through the loss: it
 # would predict itself
 _OF_STATES: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
@@ -135,7 +134,7 @@ _OF_STATES: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
             (OF_KIND["recent_speed"], ("w",)),
             (OF_KIND["recent_load"], ("d",)),
             (OF_KIND["recent_load"], ("tau",)),
-            *((OF_KIND[kind], ("d",)) for kind in _WORKED),
+            *((OF_KIND[kind], ("d",)) for kind in WORKED),
         ),
         LOAD_TORQUE: (
             (OF_KIND["taken_along"], ("1",)),
@@ -148,7 +147,7 @@ _OF_STATES: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
             (OF_KIND["recent_load"], ("1",)),
             (OF_KIND["recent_speed"], ("1",)),
             (OF_KIND["recent_loss"], ("1",)),
-            *((OF_KIND[kind], ("1",)) for kind in _WORKED),
+            *((OF_KIND[kind], ("1",)) for kind in WORKED),
         ),
         TEMPERATURE: (),
     }.items()

@@ -57,9 +57,7 @@ class GainHeat(Untold):
         """Integrals of the powers (n, k + 1): of one standard deviation of the coefficients in each of k independent
         directions, and of as much as the form may be off.
         """
-        main = self.gain.main
-        unsure = main.regressor.columns(frame) @ deviations(self.model.fit.of(main.indices)[1])
-        return heat_of([*unsure.T, criteria.SHAPE * self.model.contribution(self.gain, frame)], frame)
+        return heat_of(_off_by(self.model, self.gain, frame), frame)
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,10 +75,7 @@ class SensorHeat(Untold):
         """Integrals of the powers (n, k + 1): of one standard deviation of the coefficients in each of k independent
         directions, and of as much as the form may be off.
         """
-        main = self.error.main
-        unsure = main.regressor.columns(frame) @ deviations(self.model.fit.of(main.indices)[1])
-        torques = [*unsure.T, criteria.SHAPE * self.model.contribution(self.error, frame)]
-        return np.column_stack([integral(torque * frame.velocity, frame) for torque in torques])
+        return _load_heat_of(_off_by(self.model, self.error, frame), frame)
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +90,7 @@ class NamelessLoadHeat(Untold):
 
     def columns(self, frame: Frame) -> FloatArray:
         """Integral of the power (n, 1)."""
-        return integral(self.course.at(frame) * frame.velocity, frame)[:, None]
+        return _load_heat_of([self.course.at(frame)], frame)
 
 
 def deviations(covariance: FloatArray) -> FloatArray:
@@ -113,6 +108,30 @@ def heat_of(torques: Sequence[FloatArray], frame: Frame) -> FloatArray:
     return np.column_stack([integral(sign * torque * frame.omega, frame) for torque in torques])
 
 
+def _load_heat_of(torques: Sequence[FloatArray], frame: Frame) -> FloatArray:
+    """Integrals (n, k) over each recording of the powers of ``torques`` (n,) of the load."""
+    return np.column_stack([integral(torque * frame.velocity, frame) for torque in torques])
+
+
+def _off_by(model: ChannelModel, error: Chosen, frame: Frame) -> list[FloatArray]:
+    """What an effect of a torque may be off by at the rows of a frame (n,): one standard deviation of its coefficients
+    in each of k independent directions, and as much as its form may be off.
+    """
+    main = error.main
+    unsure = main.regressor.columns(frame) @ deviations(model.fit.of(main.indices)[1])
+    return [*unsure.T, criteria.SHAPE * model.contribution(error, frame)]
+
+
+def _given_and_found(model: ChannelModel) -> list[Chosen]:
+    """Effects of a model that the simulation has, and those that were found beside it."""
+    return [*(Chosen(block) for block in model.base), *model.chosen]
+
+
+def _precision(error: Chosen, capacity: float) -> tuple[float, ...]:
+    """Of the columns of what an effect may be off by, for a heat capacity (J/K)."""
+    return (capacity**2,) * (len(error.main.indices) + 1)
+
+
 def nameless_load_heat(model: ChannelModel, capacity: float) -> tuple[BaseTerm, ...]:
     """The base term of the temperature for a model of the load torque and a heat capacity (J/K); none where all that
     the torque has is named.
@@ -126,18 +145,16 @@ def sensor_heat(model: ChannelModel, misread: Collection[Regressor], capacity: f
     """The base terms of the temperature for a model of the load torque and a heat capacity (J/K), one for each given or
     found error of the torque sensor, those that are ``misread`` and so taken off its reading.
     """
-    given = (Chosen(block) for block in model.base)
-    errors = [one for one in (*given, *model.chosen) if one.main.regressor in misread]
-    return tuple(BaseTerm(SensorHeat(model, e), (capacity**2,) * (len(e.main.indices) + 1)) for e in errors)
+    errors = [one for one in _given_and_found(model) if one.main.regressor in misread]
+    return tuple(BaseTerm(SensorHeat(model, e), _precision(e, capacity)) for e in errors)
 
 
 def gain_heat(model: ChannelModel, capacity: float) -> tuple[BaseTerm, ...]:
     """The base terms of the temperature for a model of the motor torque and a heat capacity (J/K); none where no gain
     error was given or found. It may be off by what its coefficients are unsure by, and nature's form by a fifth.
     """
-    given = (Chosen(block) for block in model.base)
-    gains = [one for one in (*given, *model.chosen) if one.effect == REPORTED_GAIN]
-    return tuple(BaseTerm(GainHeat(model, g), (capacity**2,) * (len(g.main.indices) + 1)) for g in gains)
+    gains = [one for one in _given_and_found(model) if one.effect == REPORTED_GAIN]
+    return tuple(BaseTerm(GainHeat(model, g), _precision(g, capacity)) for g in gains)
 
 
 def nameless_heat(model: ChannelModel, capacity: float) -> tuple[BaseTerm, ...]:

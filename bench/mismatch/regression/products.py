@@ -79,9 +79,9 @@ def _products(search: Search) -> Iterator[Block]:
                 continue
             first = tuple(Grid((name,), grid.times, (knots,)) for grid in free.grids)
             # so close a table may say by itself what a product says with it, and may have a name
-            alone = replace(free, grids=first)
-            if not any(alone.grids == getattr(c.main.regressor, "grids", ()) for c in search.model.chosen):
-                yield add_block(problem, search.model.bank, alone)
+            chosen = (c.main.regressor for c in search.model.chosen)
+            if not any(isinstance(r, Free) and r.grids == first for r in chosen):
+                yield add_block(problem, search.model.bank, replace(free, grids=first))
         others = kinds[1:] if len(kinds) > 1 else [k for k in point if k not in kinds]
         told = _BY_THE_LOAD.get(search.model.channel, set()) & set(kinds)
         for kind in (k for k in others if not (k == "load" and told)):

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.quantities import FACTOR_OF, QUANTITIES, READ, REMEMBERED, in_words, kind_of, label
+from bench.simulation.quantities import FACTOR_OF, QUANTITIES, REMEMBERED, in_words, kind_of, label
 from bench.simulation.reading import as_rate, is_read, left_side, of_temperature, unit_of_function
 from bench.simulation.tables import Grid
 from bench.simulation.terms import CHANNEL_UNITS, LIBRARY, TEMPERATURE, Form, Point, Term
@@ -205,14 +205,9 @@ class Free:
     def columns(self, frame: Frame) -> FloatArray:
         """Regressors (n, k) on the rows of a frame."""
         parts = np.hstack([g.columns(frame) for g in self.grids])
-        if self.mixing:
-            parts = parts @ np.asarray(self.mixing)
-        if self.channel != TEMPERATURE:
-            return parts
-        times = [READ if all(map(is_read, self.times)) else ""] * parts.shape[1]
-        if not self.mixing:
-            times = [grid.times for grid in self.grids for _ in range(grid.size)]
-        return of_temperature(parts, times, frame)
+        if self.channel == TEMPERATURE:
+            parts = of_temperature(parts, [grid.times for grid in self.grids for _ in range(grid.size)], frame)
+        return parts @ np.asarray(self.mixing) if self.mixing else parts
 
     def parameters(self, coefficients: FloatArray, std: FloatArray) -> list[dict[str, Any]]:
         """Value of the function at each knot."""
