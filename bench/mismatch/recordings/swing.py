@@ -31,8 +31,10 @@ SLOW_S = 0.1
 
 def swing(prepared: Prepared) -> float:
     """Mean square of the rate of the load torque in motion, (N·m/s)², by waves that the rows of a block average out;
-    0 where no run in motion lasts a segment.
+    0 where no run in motion lasts a segment, and where samples are as slow as rows: no wave is averaged out of these.
     """
+    if NYQUIST_SHARE * prepared.sample_rate <= 0.5 / SLOW_S:
+        return 0.0
     frame, measured = prepared.frame, prepared.measured[LOAD_TORQUE]
     size = round(SEGMENT_S * prepared.sample_rate)
     moving = (frame.direction != 0) & (measured.number > 0)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -60,6 +60,21 @@ class Regressor(Protocol):
 
     def row(self, coefficients: FloatArray, std: FloatArray) -> dict[str, Any]:
         """Its row of a simulation file, but for the effect."""
+        ...
+
+
+@runtime_checkable
+class OfFactors(Protocol):
+    """A function times factors: tables or a formula."""
+
+    @property
+    def channel(self) -> str:
+        """The channel it acts on."""
+        ...
+
+    @property
+    def times(self) -> tuple[str, ...]:
+        """Factor of each of its parts."""
         ...
 
 
@@ -265,7 +280,7 @@ def knots_of_table(regressor: Regressor) -> tuple[float, ...]:
 
 def of_reading(regressor: Regressor) -> bool:
     """Whether a regressor is what a thermometer reads beyond the temperature, and warms nothing."""
-    return isinstance(regressor, Free) and regressor.channel == TEMPERATURE and all(map(is_read, regressor.times))
+    return isinstance(regressor, OfFactors) and regressor.channel == TEMPERATURE and all(map(is_read, regressor.times))
 
 
 def named(effect: str, channel: str, form: str, point: Point = ()) -> Named:

@@ -69,6 +69,11 @@ class Equation:
         return tuple(dict.fromkeys(names)) or tuple(FACTOR_OF[p] for p in used if p in FACTOR_OF)
 
     @property
+    def times(self) -> tuple[str, ...]:
+        """Factor of each of its parts."""
+        return tuple(times for times, _ in self.formula.parts)
+
+    @property
     def numbers(self) -> int:
         """Parameters by which it follows the data."""
         return len(self.formula.parts) + len(self.constants)
