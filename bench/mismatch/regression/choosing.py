@@ -21,7 +21,7 @@ from bench.mismatch.regression.model import Block, ChannelModel, Chosen, unrefin
 from bench.mismatch.regression.products import products, without_parts
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor, kinds
 from bench.mismatch.regression.scan import Scan
-from bench.mismatch.regression.spells import SIGNS, in_levels, levels_of, price_of_cuts, spell_of, timed
+from bench.mismatch.regression.spells import SIGNS, changing_of, in_levels, price_of_cuts, spell_of, timed
 from bench.mismatch.regression.state import Search
 from bench.mismatch.regression.state_scales import scaled
 from bench.mismatch.regression.strength import strength
@@ -172,8 +172,7 @@ def _levels(search: Search) -> list[Block]:
     model = search.model
     if model.problem.states or overlapping(model.problem.rows.frame.take(model.problem.train)):
         return []
-    had = (levels_of(c.main.regressor) for c in (*model.chosen, *search.refuted))
-    known = {levels.times for levels in had if levels is not None}
+    known = {changing.times for c in (*model.chosen, *search.refuted) if (changing := changing_of(c.main.regressor))}
     return in_levels(model, [times for times in SIGNS if times not in known])
 
 

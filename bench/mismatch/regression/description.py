@@ -13,7 +13,7 @@ import numpy as np
 from bench.mismatch import criteria
 from bench.mismatch.regression.model import ChannelModel, Chosen
 from bench.mismatch.regression.regressors import UNKNOWN
-from bench.mismatch.regression.spells import levels_of
+from bench.mismatch.regression.spells import changing_of
 
 
 def description(model: ChannelModel, chosen: Chosen) -> float:
@@ -21,8 +21,8 @@ def description(model: ChannelModel, chosen: Chosen) -> float:
     independent_rows = model.noise.independent_rows
     if independent_rows is None:
         return 0.0
-    levels = levels_of(chosen.main.regressor)
-    paid = 0 if levels is None else levels.cuts  # by the price of a cut, each with its level
+    changing = changing_of(chosen.main.regressor)
+    paid = 0 if changing is None else changing.changes  # by the price of a change, each with its level
     return 0.5 * (chosen.main.regressor.numbers - paid) * float(np.log(max(independent_rows, 2.0)))
 
 

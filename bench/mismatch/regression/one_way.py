@@ -12,6 +12,7 @@ from scipy.stats import norm
 
 from bench.mismatch import criteria
 from bench.mismatch.regression.bank import Fit
+from bench.mismatch.regression.bends import Bends
 from bench.mismatch.regression.model import ChannelModel, Chosen
 from bench.mismatch.regression.regressors import UNKNOWN, Free, by_definition
 from bench.mismatch.regression.spells import Levels, Spell
@@ -25,7 +26,7 @@ def named_by_course(model: ChannelModel, others: Sequence[Chosen], chosen: Chose
     none. Anything else is as it is.
     """
     free = chosen.main.regressor
-    tables = (Grid, Spell, Levels)
+    tables = (Grid, Spell, Levels, Bends)
     if not isinstance(free, Free) or free.mixing or any(type(g) not in tables or len(g.over) != 1 for g in free.grids):
         return chosen
     effect = by_definition(free.channel, free.variables[0], free.times)

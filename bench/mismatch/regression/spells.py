@@ -13,6 +13,7 @@ from itertools import combinations
 import numpy as np
 
 from bench.mismatch import criteria
+from bench.mismatch.regression.bends import Bends, bending, bends_of
 from bench.mismatch.regression.model import Block, ChannelModel, add_block, fit_blocks
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Regressor, by_definition
 from bench.simulation.frame import FloatArray, Frame, IntArray
@@ -42,6 +43,8 @@ STEEP_S = 1e-3
 """how long a change takes, s: no time"""
 MOST_CUTS = 16
 """changes of a level in a campaign that are looked for: with more of them it is scatter"""
+MOST_BENDS = 12
+"""bends of a course over the campaign that are looked for: a level that comes and goes has four"""
 SHORTEST_BLOCKS = 2
 """blocks that a level lasts at least"""
 
@@ -89,14 +92,14 @@ class Levels(Grid):
         return len(self.knots[0]) - 1
 
     @property
-    def cuts(self) -> int:
+    def changes(self) -> int:
         """How often the level changes."""
         return self.size - 1
 
     @property
     def course(self) -> str:
         """How often it changes."""
-        return f"a level{_times(self)} that changes {'once' if self.cuts == 1 else f'{self.cuts} times'}"
+        return f"a level{_times(self)} that changes {'once' if self.changes == 1 else f'{self.changes} times'}"
 
     def knot_points(self) -> FloatArray:
         """The moments at which the levels begin (size, 1)."""
@@ -166,6 +169,11 @@ def levels_of(regressor: Regressor) -> Levels | None:
     return grid if isinstance(grid, Levels) else None
 
 
+def changing_of(regressor: Regressor) -> Levels | Bends | None:
+    """The levels or the course with bends that a regressor is, if it is either."""
+    return levels_of(regressor) or bends_of(regressor)
+
+
 def timed(model: ChannelModel, block: Block) -> Block:
     """A spell with its ends at the likeliest moments between the recordings; any other candidate as it is."""
     found = spell_of(block.regressor)
@@ -194,11 +202,12 @@ def timed(model: ChannelModel, block: Block) -> Block:
 
 
 def price_of_cuts(model: ChannelModel, regressor: Regressor) -> float:
-    """Log-likelihood that the cuts of levels have to gain: each may be at any block of the campaign, and brings a level
-    (half a logarithm of what it is fitted to, Schwarz, Ann. Stat. 6 (1978) 461).
+    """Log-likelihood that the cuts of levels, or the bends of a course, have to gain: each may be at any block of the
+    campaign, and brings a level (half a logarithm of what it is fitted to, Schwarz, Ann. Stat. 6 (1978) 461).
     """
-    levels = levels_of(regressor)
-    return 0.0 if levels is None else 1.5 * levels.cuts * float(np.log(max(_blocks(model).size, 2)))
+    found = changing_of(regressor)
+    changes = 0 if found is None else found.changes
+    return 1.5 * changes * float(np.log(max(_blocks(model).size, 2))) if changes else 0.0
 
 
 def in_levels(model: ChannelModel, factors: Sequence[str]) -> list[Block]:
@@ -221,23 +230,36 @@ def _best_levels(model: ChannelModel, times: str) -> Block | None:
     number = problem.rows.number[problem.train] * np.abs(sign)
     total = np.add.reduceat(number, blocks)
     value = np.add.reduceat(number * sign * left, blocks) / np.maximum(total, 1e-300)
+    # a level that changes once and for all is a drift, where one is any function of time
+    drift = by_definition(model.channel, "time", (times,))
+    every = list(_cut(value, total))
+    cut = [Levels(("time",), times, (_knots(frame.time, blocks, cuts),)) for cuts in every]
+    levels = _best(model, beside, [Free(model.channel, (g,), drift if g.changes == 1 else UNKNOWN) for g in cut])
+    if levels is None:
+        return None
+    # where the most that were tried are the best, no number of changes is enough: a course in time is no levels
+    found = levels_of(levels.regressor)
+    if found is None or found.changes < len(every) or found.changes == 1:
+        return levels
+    time = np.add.reduceat(frame.time * number, blocks) / np.maximum(total, 1e-300)
+    knots = bending(time, value, total, np.asarray(every[-1], dtype=np.int64), MOST_BENDS)
+    course = _best(model, beside, [Free(model.channel, (Bends(("time",), times, (k,)),), UNKNOWN) for k in knots])
+    bends = None if course is None else bends_of(course.regressor)
+    return course if bends is not None and bends.changes < MOST_BENDS else None
+
+
+def _best(model: ChannelModel, beside: Sequence[Block], functions: Sequence[Free]) -> Block | None:
+    """The function whose likelihood beside other blocks gains most beyond the price of its changes; None if none
+    does.
+    """
     best: tuple[float, Block] | None = None
-    most = 0
-    for cuts in _cut(value, total):
-        most = len(cuts)
-        levels = Levels(("time",), times, (_knots(frame.time, blocks, cuts),))
-        # a level that changes once and for all is a drift, where one is any function of time
-        effect = by_definition(model.channel, "time", (times,)) if len(cuts) == 1 else UNKNOWN
-        one = add_block(problem, model.bank, Free(model.channel, (levels,), effect))
+    for function in functions:
+        one = add_block(model.problem, model.bank, function)
         gain = fit_blocks(model.bank, [*beside, one], model.variances).likelihood - model.fit.likelihood
         gain -= price_of_cuts(model, one.regressor)
         if best is None or gain > best[0]:
             best = (gain, one)
-    if best is None or best[0] <= 0.0:
-        return None
-    # where the most that were tried are the best, no number of changes is enough: a course in time is no levels
-    found = levels_of(best[1].regressor)
-    return None if found is not None and found.cuts == most > 1 else best[1]
+    return best[1] if best is not None and best[0] > 0.0 else None
 
 
 def _small(model: ChannelModel) -> tuple[float, ...]:

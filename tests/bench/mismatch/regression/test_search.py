@@ -50,7 +50,7 @@ def test_a_drag_that_switches_inside_recordings_is_levels_that_change_there() ->
     (own,) = found.chosen
     levels = levels_of(own.main.regressor)
     assert levels is not None
-    assert (own.effect, levels.times, levels.cuts) == ("unknown", "d", 4)
+    assert (own.effect, levels.times, levels.changes) == ("unknown", "d", 4)
     assert np.asarray(levels.knots[0][1:-1]) == pytest.approx(moments, abs=3.0)
     rise = np.diff(found.fit.of(own.main.indices)[0])
     assert rise == pytest.approx([0.3, -0.3, 0.3, -0.3], abs=0.05)
