@@ -199,6 +199,11 @@ _PRODUCTS: dict[str, tuple[str, ...]] = {
 }
 
 
+def single_functions(channel: str) -> list[tuple[str, str]]:
+    """Quantities, with one factor each, of which functions of one quantity are candidates of a channel."""
+    return [(name, factors[0]) for name, factors in _ONE[channel] if len(factors) == 1]
+
+
 def in_order(frame: Frame) -> bool:
     """Whether the motion says when something was done: speeds, accelerations, loads or angles that follow one after
     another, as in a sweep. In a motion that repeats they leave all of the time open, but for as much of its variance as

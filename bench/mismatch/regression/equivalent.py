@@ -102,8 +102,15 @@ def untold(model: ChannelModel, others: Sequence[Chosen], effect: Chosen, other:
     if UNKNOWN in (effect.effect, other.effect):
         return False
     one, two = (_predicted(model, chosen) for chosen in ([*others, effect], [*others, other]))
-    apart = model.bank.less_offsets(model.bank.whitening.apply(one - two), model.fit.variance)
-    return bool(0.5 * float(np.sum(apart**2)) < criteria.VERY_STRONG)
+    return expected(model, one - two) < criteria.VERY_STRONG
+
+
+def expected(model: ChannelModel, apart: FloatArray) -> float:
+    """Log density that the true one of two explanations would be expected to gain over the other in the rows that are
+    fitted (n,), by what they predict ``apart``.
+    """
+    white = model.bank.less_offsets(model.bank.whitening.apply(apart), model.fit.variance)
+    return 0.5 * float(np.sum(white**2))
 
 
 def _predicted(model: ChannelModel, chosen: Sequence[Chosen]) -> FloatArray:

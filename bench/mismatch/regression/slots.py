@@ -23,6 +23,7 @@ from bench.mismatch.regression.heredity import orphaned, without
 from bench.mismatch.regression.model import ChannelModel, Chosen
 from bench.mismatch.regression.refine import strained
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, kinds
+from bench.mismatch.regression.same_course import same_courses
 from bench.mismatch.regression.scan import Scan
 from bench.mismatch.regression.state import Search
 from bench.simulation.frame import FloatArray
@@ -88,6 +89,9 @@ def _slot(search: Search, tested: Chosen, whole: FloatArray, number: int) -> Slo
     found = [
         c for c in _alternatives(search, tested, others, seen) if c.effect != tested.effect or tested.effect == UNKNOWN
     ]
+    alike = same_courses(search, others, tested)
+    known = {c.effect for c in alike}
+    found += [c for c in alike if all(c.effect != other.effect for other in found)]
     if model.problem.free:
         found = [c for c in found if sound_beside(search, others, c.main, model.refitted([*others, c]))]
     # a name and its alternatives meet in the form in which each predicts best
@@ -130,6 +134,7 @@ def _slot(search: Search, tested: Chosen, whole: FloatArray, number: int) -> Slo
             near = near or (
                 not strained(chosen.main.regressor, model.problem.rows.frame) and untold(model, others, rated, chosen)
             )
+            near = near or chosen.effect in known
         better = surely_more(density, whole)
         alternatives.append(Contender(chosen, density, loss, error, float(share[k + 1]), near, worse, better))
     plainer = alternatives[heirs[0] - 1] if 0 in heirs else None

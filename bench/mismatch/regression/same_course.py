@@ -1,0 +1,117 @@
+"""Names that any function of a quantity bears, as other explanations of an effect that is one of it in these
+recordings.
+
+A campaign that only warms up shows a function of the temperature as a function of the time, however many numbers that
+takes. Points left out would tell the two apart by their numbers; the recordings do not. So the function is made of the
+effect itself: with knots where its course over the quantity bends.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bench.mismatch import criteria
+from bench.mismatch.regression.bends import bending
+from bench.mismatch.regression.beside import free_function
+from bench.mismatch.regression.candidates import overlapping, single_functions
+from bench.mismatch.regression.equivalent import expected
+from bench.mismatch.regression.model import Chosen, add_block
+from bench.mismatch.regression.regressors import UNKNOWN, Free, by_definition
+from bench.mismatch.regression.state import Search
+from bench.simulation.frame import FloatArray, IntArray
+from bench.simulation.quantities import factor, quantity
+from bench.simulation.tables import Grid, hats
+
+CELLS = 1000
+"""parts of a quantity's range, each with as many samples, over which an effect's course is averaged"""
+FEWEST_CELLS = 12
+"""values of a quantity, below which an effect is soon a function of it: as many knots as a fine table has"""
+TRIED = 60
+"""cells near which a knot is tried, each with as much of the course's way between it and the next"""
+MOST_KNOTS = 24
+"""bends of a course, beyond which it is no function that anybody would call so"""
+
+
+def same_courses(search: Search, others: Sequence[Chosen], tested: Chosen) -> list[Chosen]:
+    """Functions of one quantity that bear a name and are the same as an effect in the rows that are fitted, each beside
+    the ``others``: whatever they are over that quantity, the recordings cannot tell them from the effect.
+    """
+    model = search.model
+    problem = model.problem
+    if problem.spec.integral or problem.free or tested.effect == UNKNOWN:
+        return []
+    taken = {tested.effect, *(c.effect for c in others)}
+    frame = problem.rows.frame.take(problem.train)
+    course = model.contribution(tested, problem.rows.frame)[problem.train]
+    out: dict[str, Chosen] = {}
+    for name, times in single_functions(problem.channel):
+        effect = by_definition(problem.channel, name, (times,))
+        if effect == UNKNOWN or effect in (*taken, *out) or (name == "time" and overlapping(frame)):
+            continue
+        by = factor(times, frame)
+        acts = by != 0.0
+        values = np.divide(course, by, out=np.zeros(course.size), where=acts)
+        over = _Course.of(
+            quantity(name, frame), values, np.where(acts, problem.rows.number[problem.train] * by**2, 0.0)
+        )
+        if over is None or expected(model, course - by * over.interpolated) >= criteria.VERY_STRONG:
+            continue
+        knots = over.knots()
+        if knots is None:
+            continue
+        free = Free(problem.channel, (Grid((name,), times, (knots,)),), effect)
+        chosen = free_function(search, others, add_block(problem, model.bank, free))
+        # what comes and goes is not what bears the name
+        if chosen.effect == effect and not search.out(chosen.main.regressor):
+            out[effect] = chosen
+    return list(out.values())
+
+
+@dataclass(frozen=True, slots=True)
+class _Course:
+    """An effect over a quantity: means (c,) in cells of it, with their weights; and at each row (n,) what lies on the
+    straight lines between them.
+    """
+
+    at: FloatArray
+    value: FloatArray
+    weight: FloatArray
+    interpolated: FloatArray
+
+    @classmethod
+    def of(cls, over: FloatArray, values: FloatArray, weight: FloatArray) -> _Course | None:
+        """The course of ``values`` (n,) over a quantity (n,); None where it takes too few values."""
+        order = np.argsort(over, kind="stable")
+        share = np.cumsum(weight[order])
+        if share[-1] <= 0.0:
+            return None
+        cell = np.minimum((CELLS * (share - 0.5 * weight[order]) / share[-1]).astype(np.int64), CELLS - 1)
+        # rows of one value are of one cell
+        fresh = np.append(True, np.diff(over[order]) > 0.0) & np.append(True, np.diff(cell) != 0)
+        first = np.flatnonzero(fresh)
+        total = np.maximum(np.add.reduceat(weight[order], first), 1e-300)
+        at, value = (np.add.reduceat((weight * of)[order], first) / total for of in (over, values))
+        if at.size < FEWEST_CELLS or np.any(np.diff(at) <= 0.0):
+            return None
+        return cls(at, value, total, np.interp(over, at, value))
+
+    def knots(self) -> tuple[float, ...] | None:
+        """Knots of a table that is the course to within a hundredth of its size; None where too many are needed."""
+        size = float(self.weight @ (self.value - np.average(self.value, weights=self.weight)) ** 2)
+        jumps = _where_it_changes(self.value)
+        for knots in bending(self.at, self.value, self.weight, jumps, MOST_KNOTS):
+            root = np.sqrt(self.weight)
+            basis = hats(self.at, np.asarray(knots)) * root[:, None]
+            left = self.value * root - basis @ np.linalg.lstsq(basis, self.value * root, rcond=None)[0]
+            if float(left @ left) <= criteria.ALIKE**2 * size:
+                return knots
+        return None
+
+
+def _where_it_changes(value: FloatArray) -> IntArray:
+    """Cells between which a course goes equally far."""
+    way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(value)))])
+    return np.unique(np.searchsorted(way, np.linspace(0.0, way[-1], TRIED + 2)[1:-1]))
