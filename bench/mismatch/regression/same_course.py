@@ -16,7 +16,7 @@ import numpy as np
 from bench.mismatch import criteria
 from bench.mismatch.regression.bends import bending
 from bench.mismatch.regression.beside import free_function
-from bench.mismatch.regression.candidates import overlapping, single_functions
+from bench.mismatch.regression.candidates import PATH, overlapping, single_functions
 from bench.mismatch.regression.equivalent import expected
 from bench.mismatch.regression.model import Chosen, add_block
 from bench.mismatch.regression.regressors import UNKNOWN, Free, by_definition
@@ -44,12 +44,15 @@ def same_courses(search: Search, others: Sequence[Chosen], tested: Chosen) -> li
     if problem.spec.integral or problem.free or tested.effect == UNKNOWN:
         return []
     taken = {tested.effect, *(c.effect for c in others)}
+    # two names of one quantity differ by their forms
+    variables = tested.main.regressor.variables
+    own = {*variables, *(("torque", "load_motor_torque") if PATH in variables else ())}
     frame = problem.rows.frame.take(problem.train)
     course = model.contribution(tested, problem.rows.frame)[problem.train]
     out: dict[str, Chosen] = {}
     for name, times in single_functions(problem.channel):
         effect = by_definition(problem.channel, name, (times,))
-        if effect == UNKNOWN or effect in (*taken, *out) or (name == "time" and overlapping(frame)):
+        if effect == UNKNOWN or effect in (*taken, *out) or name in own or (name == "time" and overlapping(frame)):
             continue
         by = factor(times, frame)
         acts = by != 0.0
