@@ -119,9 +119,10 @@ _ONE: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
         ("time", ("1",)),
         ("load", ("1",)),
         ("elapsed", ("1",)),
-        # what moves, or turns a drive on, may shift the reading at once, and warms nothing
+        # what moves, turns a drive on or bends a cable may shift the reading at once, and warms nothing
         ("velocity", (READ,)),
         ("torque", (READ,)),
+        ("angle", (READ,)),
     ),
 }
 # functions of states that are not recorded, as above; none follows the channel itself, not even through the loss: it
