@@ -121,10 +121,15 @@ _DECAY: tuple[str, Points] = (
     "exp(-x2/g1)",
     lambda low, span: iter([(share * (low + span),) for share in (0.1, 0.25, 0.6)]),
 )
+_ONSET: tuple[str, Points] = (
+    "exp(-(x2 - g1 + abs(x2 - g1))/g2)",
+    lambda low, span: _places(low, span, (0.05, 0.2, 0.6)),
+)
+"""nothing until a moment, then settling: something loosens, and beds in"""
 _SHAPES: Mapping[str, Sequence[tuple[str, Points]]] = {
     "temperature": (_TRANSITION, _BAND, _KNEE),
     "speed": (_DECAY, _BAND, _KNEE),
-    "time": (("x2", lambda low, span: iter([()])), _TRANSITION, _KNEE),
+    "time": (("x2", lambda low, span: iter([()])), _TRANSITION, _KNEE, _ONSET),
     "torque": (_TRANSITION, _BAND, _KNEE),
 }
 """expressions of what is recorded, with the points of each that are asked, by lowest value and range"""
