@@ -54,6 +54,17 @@ STATE_IMPULSES = (100.0, 250.0, 600.0, 1500.0, 4000.0, 10000.0, 25000.0)
 load of some hundred N·m crosses it in less than a second, or in more than a minute
 """
 
+FILM_LOADS = (10.0, 40.0, 160.0, 640.0)
+"""N·m beside the load torque that a film bears: preload of bearings and teeth, from a hundredth to most of a rated
+load
+"""
+_SLOWEST = 1e-4
+"""rad/s: below it no film is told from none"""
+_WALTHER = (9.2033, 3.5667)
+"""A and B of log10(log10(nu/(mm^2/s) + 0.7)) = A - B*log10(T/K) (ASTM D341) for a mineral oil ISO VG 100 of viscosity
+index 95: 100 mm²/s at 40 °C and 11.1 at 100 °C
+"""
+
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
@@ -102,6 +113,29 @@ def _worked(rest: float, motion: float) -> Quantity:
     return Quantity(words, "1", lambda f: through(lambda at: np.abs(at.direction), f, state))
 
 
+def viscosity(temperature: FloatArray) -> FloatArray:
+    """Kinematic viscosity in mm²/s of an oil ISO VG 100 of viscosity index 95, at temperatures (n,) in °C (ASTM
+    D341).
+    """
+    a, b = _WALTHER
+    out: FloatArray = 10.0 ** (10.0 ** (a - b * np.log10(temperature + 273.15))) - 0.7
+    return out
+
+
+def _film(load: float) -> Quantity:
+    """How thick a lubricant's film is: viscosity times speed over load (Hersey, J. Wash. Acad. Sci. 4 (1914) 542)."""
+
+    def number(f: Frame) -> FloatArray:
+        bears = load + np.abs(f.torque_level)
+        return np.log10(viscosity(f.temperature) * np.maximum(np.abs(f.velocity), _SLOWEST) / bears)
+
+    return Quantity(
+        f"viscosity times speed over load (Hersey number) with {load:g} N*m of preload",
+        "log10 mm^2*rad/(s^2*N*m)",
+        number,
+    )
+
+
 def _angle(frame: Frame) -> FloatArray:
     return frame.q
 
@@ -142,6 +176,7 @@ _KINDS: dict[str, _Kind] = {
     **{kind: _Kind(partial(_worked, motion=s), REST_TIMES_S) for kind, s in WORKED.items()},
     "taken_along": _Kind(_taken_along, STATE_REACHES, "mrad", 1000.0),
     "impulse": _Kind(_impulse, STATE_IMPULSES, "Nms"),
+    "film": _Kind(_film, FILM_LOADS, "Nm"),
 }
 STATES = frozenset(_KINDS)
 """kinds of states that are not recorded, which a model may have where nothing that is recorded explains the rest"""
@@ -149,8 +184,8 @@ _STATE = re.compile(rf"({'|'.join(sorted(_KINDS))})_([1-9]\d*)({'|'.join(sorted(
 
 
 def state_named(kind: str, scale: float) -> str:
-    """Name of a state of a kind with a ``scale``: a time constant in s, a reach in rad, or an impulse in N·m·s; to a
-    second, a mrad or a N·m·s.
+    """Name of a state of a kind with a ``scale``: a time constant in s, a reach in rad, an impulse in N·m·s or a
+    preload in N·m; to a second, a mrad, a N·m·s or a N·m.
     """
     one = _KINDS[kind]
     return f"{kind}_{max(round(one.per * scale), 1)}{one.unit}"
@@ -205,6 +240,7 @@ QUANTITIES: dict[str, Quantity] = _Known(
         "torque": Quantity("load torque", "N*m", lambda f: f.torque_level),
         "load": Quantity("size of the load torque", "N*m", lambda f: np.abs(f.torque_level)),
         "load_motor_torque": Quantity("load motor's torque", "N*m", lambda f: f.load_motor_level),
+        "load_power": Quantity("power at the output", "W", lambda f: f.torque_level * f.velocity),
         "temperature": Quantity("temperature", "degC", lambda f: f.temperature),
         "quick_warming": _above_lagged("that of the last two minutes", QUICK_WARMING_S),
         "warming": _above_lagged("that of the last minutes", WARMING_S),

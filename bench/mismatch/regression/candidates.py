@@ -59,6 +59,8 @@ _ONE: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
         ("load", ("d",)),
         ("torque", ("1",)),
         ("torque", ("p", "n")),
+        ("load_power", ("1",)),
+        ("load_power", ("d",)),
         ("temperature", ("d",)),
         ("temperature", ("w",)),
         ("temperature", ("1",)),
@@ -136,6 +138,8 @@ _OF_STATES: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
             (OF_KIND["recent_load"], ("d",)),
             (OF_KIND["recent_load"], ("tau",)),
             *((OF_KIND[kind], ("d",)) for kind in WORKED),
+            (OF_KIND["film"], ("d",)),
+            (OF_KIND["film"], ("d*abs_tau",)),
         ),
         LOAD_TORQUE: (
             (OF_KIND["taken_along"], ("1",)),
@@ -149,6 +153,8 @@ _OF_STATES: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
             (OF_KIND["recent_speed"], ("1",)),
             (OF_KIND["recent_loss"], ("1",)),
             *((OF_KIND[kind], ("1",)) for kind in WORKED),
+            (OF_KIND["film"], ("1",)),
+            (OF_KIND["film"], ("last_d",)),
         ),
         TEMPERATURE: (),
     }.items()

@@ -77,7 +77,7 @@ MADE: dict[str, list[dict[str, Any]]] = {
             "form": "table",
             "over": [name],
             "times": "d",
-            "knots": [[0.0, size]],
+            "knots": [sorted((0.0, size))],
             "values": [0.1, 0.4],
         }
         for name, size in {
@@ -89,6 +89,7 @@ MADE: dict[str, list[dict[str, Any]]] = {
             "taken_along_50mrad": 0.05,
             "impulse_300Nms": 300.0,
             "worked_in_4s_50s": 0.3,
+            "film_40Nm": -1.0,
         }.items()
     ],
     "waves": [

@@ -109,6 +109,7 @@ def test_states_go_on_through_rows_that_lie_aside() -> None:
         "recent_speed_8s",
         "taken_along_200mrad",
         "worked_in_4s_50s",
+        "film_40Nm",
         "warming",
     ):
         assert quantity(name, apart) == pytest.approx(quantity(name, FRAME)[~beside], abs=1e-9)

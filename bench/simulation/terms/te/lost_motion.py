@@ -30,7 +30,22 @@ def _piecewise(frame: Frame, point: Point) -> FloatArray:
     return columns(-np.clip(frame.torque_level / (1.5 * point[0]), -1.0, 1.0))
 
 
+def _off_centre(frame: Frame) -> tuple[Point, ...]:
+    return tuple((width, share * width) for (width,) in _scales(frame)[::2] for share in OFF)
+
+
+def _by_direction(frame: Frame, point: Point) -> FloatArray:
+    passed = np.tanh((frame.torque_level - point[1]) / point[0])
+    return columns(-passed, -frame.last_direction * passed)
+
+
+OFF = (-0.6, 0.6)
+"""of the torque within which lost motion is passed, by which its middle is off zero torque where it is refined from: a
+sensor's zero, or the drag of the output's bearing
+"""
 J = Symbol("j_2", "rad", "half of the lost motion, by the sign of the torque")
+J_D = Symbol("j_d", "rad", "by how much half of the lost motion is larger in positive direction")
+TAU_0 = Symbol("tau_0", "N*m", "torque about which it is passed")
 TAU_J = Symbol("tau_j", "N*m", "torque within which it is passed", 0.0)
 
 TERM = Term(
@@ -46,6 +61,14 @@ TERM = Term(
             Form("algebraic", _algebraic, (J,), (TAU_J,), _scales, equation="TE -= j_2*tau/sqrt(tau**2 + tau_j**2)"),
             Form(
                 "piecewise", _piecewise, (J,), (TAU_J,), _scales, equation="TE -= j_2*max(-1, min(1, tau/(1.5*tau_j)))"
+            ),
+            Form(
+                "by direction",
+                _by_direction,
+                (J, J_D),
+                (TAU_J, TAU_0),
+                _off_centre,
+                equation="TE -= (j_2 + d*j_d)*tanh((tau - tau_0)/tau_j)",
             ),
         )
     },
