@@ -122,8 +122,8 @@ _DECAY: tuple[str, Points] = (
     lambda low, span: iter([(share * (low + span),) for share in (0.1, 0.25, 0.6)]),
 )
 _ONSET: tuple[str, Points] = (
-    "exp(-(x2 - g1 + abs(x2 - g1))/g2)",
-    lambda low, span: _places(low, span, (0.05, 0.2, 0.6)),
+    "exp(-0.5*(x2 - g1 + abs(x2 - g1))/g2)",
+    lambda low, span: _places(low, span, (0.03, 0.1, 0.3)),
 )
 """nothing until a moment, then settling: something loosens, and beds in"""
 _SHAPES: Mapping[str, Sequence[tuple[str, Points]]] = {

@@ -243,9 +243,8 @@ def _best_levels(model: ChannelModel, times: str) -> Block | None:
         return levels
     time = np.add.reduceat(frame.time * number, blocks) / np.maximum(total, 1e-300)
     knots = bending(time, value, total, np.asarray(every[-1], dtype=np.int64), MOST_BENDS)
-    course = _best(model, beside, [Free(model.channel, (Bends(("time",), times, (k,)),), UNKNOWN) for k in knots])
-    bends = None if course is None else bends_of(course.regressor)
-    return course if bends is not None and bends.changes < MOST_BENDS else None
+    # whether it is a course, and no scatter that any number of knots follows, points left out say
+    return _best(model, beside, [Free(model.channel, (Bends(("time",), times, (k,)),), UNKNOWN) for k in knots])
 
 
 def _best(model: ChannelModel, beside: Sequence[Block], functions: Sequence[Free]) -> Block | None:

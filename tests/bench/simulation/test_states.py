@@ -23,6 +23,7 @@ from bench.simulation.quantities import (
     quantity,
     state_named,
     state_of,
+    viscosity,
 )
 from tests.bench.simulation.terms.frames import ROWS, frame
 
@@ -163,3 +164,15 @@ def test_what_only_begins_like_a_state_is_none() -> None:
         assert kind_of(name) == name
     with pytest.raises(ConfigurationError, match=r"recent_speed_x.* or a state such as recent_speed_50s"):
         quantity("recent_speed_x", FRAME)
+
+
+def test_a_film_is_the_thicker_the_faster_the_colder_and_the_less_loaded() -> None:
+    assert viscosity(np.array([40.0, 100.0])) == pytest.approx([100.0, 11.1], rel=1e-3)  # ISO VG 100, index 95
+    whole = quantity("film_40Nm", FRAME)
+    by = (
+        np.log10(viscosity(FRAME.temperature))
+        + np.log10(np.abs(FRAME.velocity))
+        - np.log10(40.0 + np.abs(FRAME.torque))
+    )
+    assert whole == pytest.approx(by)
+    assert state_of("film_40Nm") == ("film", 40.0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from bench.mismatch.regression.model import Chosen, add_block
 from bench.mismatch.regression.nameless import NamelessCourse
@@ -30,12 +31,35 @@ def test_the_twist_of_what_has_no_name_is_a_column_of_its_own() -> None:
     model = replace(search.model, chosen=[function, churn], fit=search.model.refitted([function, churn]))
     (term,) = nameless_load(model)
     assert term.regressor.effect == NUISANCE
-    (column,) = term.regressor.columns(frame).T
+    column, averaged = term.regressor.columns(frame).T
+    assert np.all(averaged == 0.0)  # nowhere is the load kept at a level
     course = model.contribution(function, frame)
     said = np.hstack([b.regressor.columns(frame) for b in model.base])
     assert np.allclose(column, course - said @ np.linalg.lstsq(said, course, rcond=None)[0], atol=1e-6)
     assert np.ptp(column) > 2.0
     assert nameless_load(replace(model, chosen=[churn], fit=model.refitted([churn]))) == ()
+
+
+def test_what_changes_where_the_load_is_kept_shows_a_load_and_the_mean_an_error() -> None:
+    """The torque that the simulation is given there is the segment's mean: an error of the sensor is its own mean."""
+    frame = campaign()
+    drift = 3.0 * frame.elapsed / frame.elapsed.max()
+    own = problem(frame, drift + np.random.default_rng(1).normal(0.0, 0.01, frame.size))
+    search = begun(own)
+    table = Free(MOTOR_TORQUE, (Grid(("seconds",), "1", ((0.0, float(frame.elapsed.max())),)),))
+    function = Chosen(add_block(own, search.model.bank, table, 1e-3))
+    model = replace(search.model, chosen=[function], fit=search.model.refitted([function]))
+    (term,) = nameless_load(model, 1.0 / 185.0)
+    assert term.precision == (185.0**2,) * 2
+    kept = replace(frame, kept=np.ones(frame.size), followed=np.zeros(frame.size))
+    mean, averaged = term.regressor.columns(kept).T
+    whole = NamelessCourse.of(model).at(kept)
+    assert mean + averaged == pytest.approx(whole, abs=1e-12)
+    for number in np.unique(frame.recording):
+        rows = frame.recording == number
+        assert np.ptp(mean[rows]) < 1e-9
+        assert np.average(averaged[rows], weights=frame.count[rows]) == pytest.approx(0.0, abs=1e-9)
+    assert np.ptp(averaged) > 2.0
 
 
 def test_a_part_that_the_simulation_has_is_no_part_of_it() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -81,6 +83,18 @@ def test_a_shift_is_told_as_one() -> None:
     # it lies where the reading shifts, and not at rest
     lies = excess_of(model, found, frame, own.rows.number)
     assert np.sum(lies[~moving] ** 2) < 0.01 * np.sum(lies**2)
+
+
+def test_a_cable_that_is_bent_at_some_angles_shifts_the_reading() -> None:
+    """No heat: the gearbox is as warm as before on the other side of it."""
+    own = problem(0.0)
+    rng = np.random.default_rng(5)
+    angle = rng.uniform(0.0, 2.0 * np.pi, own.rows.size)
+    bent = (angle > 2.2) & (angle < 3.3)
+    rows = replace(own.rows, frame=replace(own.rows.frame, q=angle), y=own.rows.y + 0.2 * bent)
+    (found,) = searched(replace(own, rows=rows)).model.chosen
+    assert of_reading(found.main.regressor)
+    assert found.main.regressor.variables == ("angle",)
 
 
 def test_nothing_is_told_where_nothing_shifts() -> None:
