@@ -66,14 +66,12 @@ class Sight:
     straight: FloatArray
 
     @classmethod
-    def of(cls, model: TransmissionModel, modes: bool = True) -> Sight | None:
-        """The orders of a model into which no others leak, behind the ``modes`` that were found or as if they were not;
-        None where there are none, or too few revolutions.
-        """
+    def of(cls, model: TransmissionModel) -> Sight | None:
+        """The orders of a model into which no others leak; None where there are none, or too few revolutions."""
         if model.periodic is None:
             return None
         given = {id(law) for law in model.given.laws}
-        kept = tuple(law for law in model.periodic.laws if id(law) in given or (modes and law.form in MODES))
+        kept = tuple(law for law in model.periodic.laws if id(law) in given or law.form in MODES)
         data = amplitudes(replace(model, periodic=replace(model.periodic, laws=kept)))
         if data is None or not data.regular.any():
             return None

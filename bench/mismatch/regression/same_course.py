@@ -31,6 +31,10 @@ FEWEST_CELLS = 12
 """values of a quantity, below which an effect is soon a function of it: as many knots as a fine table has"""
 TRIED = 60
 """cells near which a knot is tried, each with as much of the course's way between it and the next"""
+MOST_TURNS = 1
+"""times that a course may turn back: what rises and falls again and again over a quantity only says which recording it
+is
+"""
 MOST_KNOTS = 24
 """bends of a course, beyond which it is no function that anybody would call so"""
 
@@ -60,7 +64,11 @@ def same_courses(search: Search, others: Sequence[Chosen], tested: Chosen) -> li
         over = _Course.of(
             quantity(name, frame), values, np.where(acts, problem.rows.number[problem.train] * by**2, 0.0)
         )
-        if over is None or expected(model, course - by * over.interpolated) >= criteria.VERY_STRONG:
+        if (
+            over is None
+            or turns(over.value) > MOST_TURNS
+            or expected(model, course - by * over.interpolated) >= criteria.VERY_STRONG
+        ):
             continue
         knots = over.knots()
         if knots is None:
@@ -112,6 +120,20 @@ class _Course:
             if float(left @ left) <= criteria.ALIKE**2 * size:
                 return knots
         return None
+
+
+def turns(value: FloatArray) -> int:
+    """How often a course (n,) turns back by more than a form may be off (:data:`criteria.SHAPE`), over its range."""
+    least = criteria.SHAPE * float(np.ptp(value))
+    low = high = float(value[0])
+    way, out = 0, 0
+    for one in value.tolist():
+        low, high = min(low, one), max(high, one)
+        if way >= 0 and one < high - least:
+            out, way, low = out + (way > 0), -1, one
+        elif way <= 0 and one > low + least:
+            out, way, high = out + (way < 0), 1, one
+    return out
 
 
 def _where_it_changes(value: FloatArray) -> IntArray:

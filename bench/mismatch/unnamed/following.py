@@ -29,7 +29,6 @@ from bench.mismatch.unnamed.formula_regressor import Equation
 from bench.mismatch.unnamed.formula_units import product
 from bench.simulation.formulas import Formula
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.laws import MODES
 from bench.simulation.quantities import INPUT_ANGLE, QUANTITIES, label, quantity
 from bench.simulation.terms import CHANNEL_UNITS, LIBRARY, TRANSMISSION_ERROR
 
@@ -80,21 +79,9 @@ class Following:
 
 def search(model: TransmissionModel, seed: int) -> Following | None:
     """The course that orders follow, if any gains more than the best of all does in noise, and than the laws of the
-    amplitudes do that were found without it. Behind modes that were found, and in the place of these: a mode may have
-    made up for what orders follow.
+    amplitudes do that were found without it.
     """
-    behind = _search(Sight.of(model), model, seed)
-    given = {id(law) for law in model.given.laws}
-    if model.periodic is None or not any(law.form in MODES and id(law) not in given for law in model.periodic.laws):
-        return behind
-    instead = _search(Sight.of(model, modes=False), model, seed)
-    if behind is None or instead is None:
-        return behind or instead
-    modes = sum(law.gain for law in model.periodic.laws if law.form in MODES and id(law) not in given)
-    return instead if instead.gain > behind.gain + modes + criteria.RICHER else behind
-
-
-def _search(sight: Sight | None, model: TransmissionModel, seed: int) -> Following | None:
+    sight = Sight.of(model)
     if sight is None:
         return None
     means = Means(model.rows.frame, sight.revolutions)

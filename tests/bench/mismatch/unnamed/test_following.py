@@ -12,7 +12,6 @@ import pytest
 
 from bench.mismatch.discovery import UNNAMED
 from bench.mismatch.given import Given
-from bench.mismatch.orders.beside_polynomials import Sight
 from bench.mismatch.orders.periodic import Periodic
 from bench.mismatch.orders.revolutions import Revolution
 from bench.mismatch.orders.series import calibrate
@@ -112,27 +111,6 @@ def test_an_order_that_sets_in_at_a_moment_and_settles_is_a_drift() -> None:
     assert found is not None
     assert (found.course.effect, found.course.of, found.orders) == ("te.drift_time", "time", (1.0,))
     assert found.course.point == pytest.approx((begin, constant), rel=0.4)
-
-
-def test_a_mode_that_says_more_than_what_orders_follow_stays() -> None:
-    """As if there were no mode the course is seen as without it, and has to gain more than both."""
-    values = quantity("risen_350s", FRAME)
-    made = model(values, 4e-7 / float(np.std(values)))
-    plain = following.search(made, 0)
-    point = (0.5 * float(np.abs(FRAME.velocity).max()), 0.05, 5.0)
-    mode = Law("te.resonance", "second_order_of_base", point, 1e6, ORDERS, np.ones(len(ORDERS), dtype=complex))
-    passed = replace(made, periodic=replace(made.periodic, laws=(mode,)))
-    behind, instead = (Sight.of(passed, modes=modes) for modes in (True, False))
-    assert plain is not None
-    assert behind is not None
-    assert instead is not None
-    assert np.all(instead.response == 1.0)
-    assert np.any(behind.response != 1.0)
-    assert instead.of_laws == 1e6
-    assert float(instead.gains(following.Means(FRAME, REVOLUTIONS)(plain.course)).sum()) == pytest.approx(plain.gain)
-    found = following.search(passed, 0)
-    assert found is not None
-    assert found.gain != pytest.approx(plain.gain)
 
 
 def test_a_file_says_what_was_found() -> None:
