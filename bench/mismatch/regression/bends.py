@@ -11,11 +11,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from bench.mismatch import criteria
 from bench.mismatch.regression.regressors import Free, Regressor
 from bench.simulation.frame import FloatArray, IntArray
 from bench.simulation.quantities import in_words as factor_in_words
 from bench.simulation.tables import Grid, hats
 
+LOOKS = 2000
+"""moments at which a course is asked where it is"""
 AROUND = (0, 1, 2, 4, 8)
 """blocks from a jump at which a knot is tried: a change that takes up to a quarter of an hour bends so far from its
 middle
@@ -38,6 +41,19 @@ class Bends(Grid):
         words = factor_in_words(self.times)
         times = f" times {words}" if words else ""
         return f"a course{times} over time that bends {'once' if self.changes == 1 else f'{self.changes} times'}"
+
+    def away(self, values: FloatArray) -> tuple[float, float] | None:
+        """From when to when, s of the campaign, a course with ``values`` at its knots is half as far as ever from the
+        straight line through its begin and its end; None where these are as far apart as that: it stays away.
+        """
+        knots = np.asarray(self.knots[0])
+        time = np.linspace(knots[0], knots[-1], LOOKS)
+        course = np.interp(time, knots, values)
+        off = np.abs(course - np.interp(time, knots[[0, -1]], values[[0, -1]]))
+        if abs(float(values[-1] - values[0])) > criteria.EITHER * float(off.max()):
+            return None
+        far = time[off > criteria.EITHER * float(off.max())]
+        return (float(far[0]), float(far[-1])) if far.size else None
 
 
 def bends_of(regressor: Regressor) -> Bends | None:

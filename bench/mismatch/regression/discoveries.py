@@ -14,6 +14,7 @@ from bench.mismatch.discovery import UNKNOWN as UNKNOWN_STATUS
 from bench.mismatch.regression import windows
 from bench.mismatch.regression.alone import alone
 from bench.mismatch.regression.bank import Fit
+from bench.mismatch.regression.bends import bends_of
 from bench.mismatch.regression.beside import differs_from_zero
 from bench.mismatch.regression.course import beyond
 from bench.mismatch.regression.excess import excess, levelled
@@ -102,7 +103,7 @@ def _discovery(
         alternatives=tuple(_refitted(model, r, others, predicted, y) for r in alternatives),
         orders=orders,
         angle_windows=angles,
-        time_window=_window(tested, frame),
+        time_window=_window(tested, frame, coefficients),
         independent=status != UNKNOWN_STATUS and much_is_left(model) and independent(search, model.chosen, tested),
         numbers=regressor.numbers,
     )
@@ -202,9 +203,11 @@ def sure_of_name(status: str, at_the_end: bool, coefficients: FloatArray, covari
     return criteria.EITHER if status == NAMED and not sure else 1.0
 
 
-def _window(chosen: Chosen, frame: Frame) -> tuple[float, float] | None:
-    """Begin and end in s of the campaign, as recorded, of what is there for a spell only."""
-    spell = spell_of(chosen.main.regressor)
+def _window(chosen: Chosen, frame: Frame, coefficients: FloatArray) -> tuple[float, float] | None:
+    """Begin and end in s of the campaign, as recorded, of what is there for a spell only, or comes and goes."""
+    spell, course = spell_of(chosen.main.regressor), bends_of(chosen.main.regressor)
+    if course is not None:
+        return course.away(coefficients)
     if spell is None:
         return None
     begin, end = spell.knots[0][0], spell.knots[0][2]

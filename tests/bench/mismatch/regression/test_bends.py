@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
-from bench.mismatch.regression.bends import bending, bends_of
+from bench.mismatch.regression.bends import Bends, bending, bends_of
 from bench.mismatch.regression.choosing import _levels
 from bench.mismatch.regression.model import Chosen
 from bench.mismatch.regression.search import begun
@@ -42,3 +43,19 @@ def test_a_level_that_comes_and_goes_gradually_bends_and_jumps_not() -> None:
     # beside such a course no levels are looked for
     search.model.chosen.append(Chosen(found))
     assert all(changing.times != "1" for b in _levels(search) if (changing := changing_of(b.regressor)) is not None)
+
+
+@pytest.mark.parametrize(
+    ("values", "window"),
+    [
+        ([0.0, 0.0, 4.0, 4.0, 0.5, 0.5], (320.0, 640.0)),
+        ([1.0, 1.0, -3.0, -3.0, 1.0, 1.0], (320.0, 640.0)),
+        ([0.0, 0.0, 4.0, 4.0, 4.0, 4.0], None),
+        ([0.0, 1.0, 2.0, 3.0, 4.0, 5.0], None),
+        ([1.0, 1.0, 1.0, 1.0, 1.0, 1.0], None),
+    ],
+)
+def test_what_comes_and_goes_lies_where_it_is_away(values: list[float], window: tuple[float, float] | None) -> None:
+    course = Bends(("time",), "1", ((0.0, 300.0, 340.0, 600.0, 680.0, 1000.0),))
+    found = course.away(np.array(values))
+    assert found == (None if window is None else pytest.approx(window, abs=12.0))
