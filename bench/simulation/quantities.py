@@ -54,6 +54,8 @@ STATE_IMPULSES = (100.0, 250.0, 600.0, 1500.0, 4000.0, 10000.0, 25000.0)
 load of some hundred N·m crosses it in less than a second, or in more than a minute
 """
 
+FILM = "film"
+"""kind of the quantities with a preload: they have a scale as states have, and remember nothing"""
 FILM_LOADS = (10.0, 40.0, 160.0, 640.0)
 """N·m beside the load torque that a film bears: preload of bearings and teeth, from a hundredth to most of a rated
 load
@@ -176,7 +178,7 @@ _KINDS: dict[str, _Kind] = {
     **{kind: _Kind(partial(_worked, motion=s), REST_TIMES_S) for kind, s in WORKED.items()},
     "taken_along": _Kind(_taken_along, STATE_REACHES, "mrad", 1000.0),
     "impulse": _Kind(_impulse, STATE_IMPULSES, "Nms"),
-    "film": _Kind(_film, FILM_LOADS, "Nm"),
+    FILM: _Kind(_film, FILM_LOADS, "Nm"),
 }
 STATES = frozenset(_KINDS)
 """kinds of states that are not recorded, which a model may have where nothing that is recorded explains the rest"""
@@ -205,6 +207,14 @@ def range_of(kind: str) -> tuple[float, float]:
     return scales[0], scales[-1]
 
 
+_MADE_OF = {FILM: ("speed", "torque", "temperature"), "load_power": ("velocity", "torque")}
+
+
+def made_of(name: str) -> tuple[str, ...]:
+    """The quantities that one is made of, by which it has a place; itself where it is made of no others."""
+    return _MADE_OF.get(kind_of(name), (name,))
+
+
 def kind_of(name: str) -> str:
     """What a quantity is alike with: the kind of a state, itself otherwise."""
     state = state_of(name)
@@ -215,7 +225,7 @@ OF_KIND: dict[str, tuple[str, ...]] = {
     kind: tuple(state_named(kind, scale) for scale in one.scales) for kind, one in _KINDS.items()
 }
 """names of the states of each kind that are candidates, one a scale"""
-REMEMBERED = frozenset({"quick_warming", "warming", "slow_warming", *STATES})
+REMEMBERED = frozenset({"quick_warming", "warming", "slow_warming", *(STATES - {FILM})})
 """kinds of quantities with a state that goes on from one recording to the next"""
 
 

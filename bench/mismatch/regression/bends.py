@@ -7,7 +7,7 @@ gain most, near the moments at which levels would jump (Friedman, Ann. Stat. 19 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -64,7 +64,7 @@ def bends_of(regressor: Regressor) -> Bends | None:
 
 def bending(
     time: FloatArray, value: FloatArray, weight: FloatArray, jumps: IntArray, most: int
-) -> list[tuple[float, ...]]:
+) -> Iterator[tuple[float, ...]]:
     """Knots of courses through the ``value`` (b,) of blocks at a ``time`` (b,), increasing, each course with a bend
     more than the one before, up to ``most``: least squares with a ``weight`` (b,). ``jumps``: blocks near which knots
     are tried.
@@ -73,15 +73,13 @@ def bending(
     possible = [k for k in sorted(tried) if 0 < k < time.size - 1 and weight[k] > 0.0]
     root = np.sqrt(weight)
     chosen: list[int] = []
-    out = []
     while len(chosen) < most:
         left = {k: _left(time, value, root, [*chosen, k]) for k in possible if k not in chosen}
         if not left:
             break
         chosen.append(min(left, key=lambda k: left[k]))
         chosen = _moved(time, value, root, chosen, possible)
-        out.append(_knots(time, chosen))
-    return out
+        yield _knots(time, chosen)
 
 
 def _knots(time: FloatArray, chosen: Sequence[int]) -> tuple[float, ...]:

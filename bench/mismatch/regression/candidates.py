@@ -17,7 +17,7 @@ from bench.mismatch.regression.knots import KNOTS, close_knots, ends, is_constan
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor, by_definition
 from bench.mismatch.regression.spells import SPELLS, spells
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.quantities import FACTOR_OF, OF_KIND, QUANTITIES, READ, WORKED, quantity
+from bench.simulation.quantities import FACTOR_OF, FILM, OF_KIND, QUANTITIES, READ, WORKED, quantity
 from bench.simulation.tables import Grid, hats
 from bench.simulation.terms import (
     LIBRARY,
@@ -138,8 +138,8 @@ _OF_STATES: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
             (OF_KIND["recent_load"], ("d",)),
             (OF_KIND["recent_load"], ("tau",)),
             *((OF_KIND[kind], ("d",)) for kind in WORKED),
-            (OF_KIND["film"], ("d",)),
-            (OF_KIND["film"], ("d*abs_tau",)),
+            (OF_KIND[FILM], ("d",)),
+            (OF_KIND[FILM], ("d*abs_tau",)),
         ),
         LOAD_TORQUE: (
             (OF_KIND["taken_along"], ("1",)),
@@ -153,8 +153,8 @@ _OF_STATES: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
             (OF_KIND["recent_speed"], ("1",)),
             (OF_KIND["recent_loss"], ("1",)),
             *((OF_KIND[kind], ("1",)) for kind in WORKED),
-            (OF_KIND["film"], ("1",)),
-            (OF_KIND["film"], ("last_d",)),
+            (OF_KIND[FILM], ("1",)),
+            (OF_KIND[FILM], ("last_d",)),
         ),
         TEMPERATURE: (),
     }.items()
@@ -272,6 +272,9 @@ def free_candidates(channel: str, frame: Frame, straight: bool = False, states: 
     if not np.any(frame.motor_torque):
         # nothing tells the loss
         further = tuple((name, factors) for name, factors in further if name not in OF_KIND["recent_loss"])
+    if any(is_constant(quantity(name, frame)) for name in ("torque", "temperature")):
+        # without a load, or at a temperature that nothing measured, it is a function of the speed
+        further = tuple((name, factors) for name, factors in further if name not in OF_KIND[FILM])
     for name, factors in (*_ONE[channel], *further):
         if name == "time" and timeless:
             continue

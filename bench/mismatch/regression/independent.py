@@ -13,7 +13,7 @@ from bench.mismatch.regression.model import ChannelModel, Chosen, unrefined
 from bench.mismatch.regression.regressors import Regressor, kinds
 from bench.mismatch.regression.state import Search
 from bench.simulation.frame import FloatArray
-from bench.simulation.quantities import STATES
+from bench.simulation.quantities import REMEMBERED, STATES, made_of
 
 KINDS: dict[str, frozenset[str]] = {
     "load": frozenset({"torque", "load", "load_motor_torque", "torque_rate", "torque_path"}),
@@ -32,7 +32,7 @@ KINDS: dict[str, frozenset[str]] = {
             "since_reversal",
             "distance_since_start",
             "transient",
-            *STATES,
+            *(STATES & REMEMBERED),
         }
     ),
 }
@@ -98,4 +98,5 @@ def independent(search: Search, chosen: Sequence[Chosen], one: Chosen) -> bool:
 
 def kinds_of(regressor: Regressor) -> set[str]:
     """Which kinds of quantities (:data:`KINDS`) a regressor depends on."""
-    return {kind for kind, members in KINDS.items() if members & set(kinds(regressor))}
+    parts = {part for name in kinds(regressor) for part in made_of(name)}
+    return {kind for kind, members in KINDS.items() if members & parts}

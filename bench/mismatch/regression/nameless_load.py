@@ -30,9 +30,8 @@ class NamelessLoad(Untold):
     def columns(self, frame: Frame) -> FloatArray:
         """Both parts of the functions without a name at the rows of a frame (n, 2)."""
         whole = self.course.at(frame)
-        mean = means_of_segments(whole, frame)
-        followed = mean + frame.followed * (whole - mean)
-        return np.column_stack([followed, whole - followed])
+        averaged = (1.0 - frame.followed) * (whole - means_of_segments(whole, frame))
+        return np.column_stack([whole - averaged, averaged])
 
 
 def nameless_load(model: ChannelModel, most: float | None = None) -> tuple[BaseTerm, ...]:

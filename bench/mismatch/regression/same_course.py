@@ -29,6 +29,10 @@ CELLS = 1000
 """parts of a quantity's range, each with as many samples, over which an effect's course is averaged"""
 FEWEST_CELLS = 12
 """values of a quantity, below which an effect is soon a function of it: as many knots as a fine table has"""
+FEWEST_RECORDINGS = 12
+"""fitted recordings below which their levels are soon in the order of some quantity: of twelve in random order one in
+four hundred turns back once at most, of such that saturate at two levels one in seventy
+"""
 TRIED = 60
 """cells near which a knot is tried, each with as much of the course's way between it and the next"""
 MOST_TURNS = 1
@@ -46,6 +50,8 @@ def same_courses(search: Search, others: Sequence[Chosen], tested: Chosen) -> li
     model = search.model
     problem = model.problem
     if problem.spec.integral or problem.free or tested.effect == UNKNOWN:
+        return []
+    if model.bank.whitening.starts.size - 1 < FEWEST_RECORDINGS:
         return []
     taken = {tested.effect, *(c.effect for c in others)}
     # two names of one quantity differ by their forms
@@ -95,17 +101,19 @@ class _Course:
     @classmethod
     def of(cls, over: FloatArray, values: FloatArray, weight: FloatArray) -> _Course | None:
         """The course of ``values`` (n,) over a quantity (n,); None where it takes too few values."""
-        order = np.argsort(over, kind="stable")
-        share = np.cumsum(weight[order])
-        if share[-1] <= 0.0:
+        acts = weight > 0.0
+        if not acts.any():
             return None
-        cell = np.minimum((CELLS * (share - 0.5 * weight[order]) / share[-1]).astype(np.int64), CELLS - 1)
+        level, which = np.unique(over[acts], return_inverse=True)
+        share = np.bincount(which, weight[acts])
+        mean = np.bincount(which, weight[acts] * values[acts]) / share
         # rows of one value are of one cell
-        fresh = np.append(True, np.diff(over[order]) > 0.0) & np.append(True, np.diff(cell) != 0)
-        first = np.flatnonzero(fresh)
-        total = np.maximum(np.add.reduceat(weight[order], first), 1e-300)
-        at, value = (np.add.reduceat((weight * of)[order], first) / total for of in (over, values))
-        if at.size < FEWEST_CELLS or np.any(np.diff(at) <= 0.0):
+        middle = (np.cumsum(share) - 0.5 * share) / share.sum()
+        cell = np.minimum((CELLS * middle).astype(np.int64), CELLS - 1)
+        first = np.flatnonzero(np.diff(cell, prepend=-1))
+        total = np.add.reduceat(share, first)
+        at, value = (np.add.reduceat(share * of, first) / total for of in (level, mean))
+        if at.size < FEWEST_CELLS:
             return None
         return cls(at, value, total, np.interp(over, at, value))
 

@@ -89,9 +89,14 @@ def _slot(search: Search, tested: Chosen, whole: FloatArray, number: int) -> Slo
     found = [
         c for c in _alternatives(search, tested, others, seen) if c.effect != tested.effect or tested.effect == UNKNOWN
     ]
+    # of a name that is the same as the effect in these recordings the function that predicts best
     alike = same_courses(search, others, tested)
-    known = {c.effect for c in alike}
-    found += [c for c in alike if all(c.effect != other.effect for other in found)]
+    same = {c.effect for c in alike}
+    best = {
+        effect: max((c for c in (*found, *alike) if c.effect == effect), key=lambda c: _worth(search, [*others, c]))
+        for effect in same
+    }
+    found = [*(c for c in found if c.effect not in same), *best.values()]
     if model.problem.free:
         found = [c for c in found if sound_beside(search, others, c.main, model.refitted([*others, c]))]
     # a name and its alternatives meet in the form in which each predicts best
@@ -134,13 +139,18 @@ def _slot(search: Search, tested: Chosen, whole: FloatArray, number: int) -> Slo
             near = near or (
                 not strained(chosen.main.regressor, model.problem.rows.frame) and untold(model, others, rated, chosen)
             )
-            near = near or chosen.effect in known
+            near = near or chosen.effect in same
         better = surely_more(density, whole)
         alternatives.append(Contender(chosen, density, loss, error, float(share[k + 1]), near, worse, better))
     plainer = alternatives[heirs[0] - 1] if 0 in heirs else None
     alternatives.sort(key=lambda r: r.loss)
     last = search.scans[-1] if search.scans else seen
     return Slot(tested, gain, last.p_value(gain), float(share[0]), tuple(alternatives), plainer, needless)
+
+
+def _worth(search: Search, chosen: Sequence[Chosen]) -> float:
+    """Log density of the points left out."""
+    return float(search.density(chosen).sum())
 
 
 def called_as_good(

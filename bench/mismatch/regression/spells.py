@@ -241,7 +241,7 @@ def _best_levels(model: ChannelModel, times: str) -> Block | None:
     found = levels_of(levels.regressor)
     if found is None or found.changes < len(every) or found.changes == 1:
         return levels
-    time = np.add.reduceat(frame.time * number, blocks) / np.maximum(total, 1e-300)
+    time = np.add.reduceat(frame.time, blocks) / np.add.reduceat(np.ones(frame.size), blocks)
     knots = bending(time, value, total, np.asarray(every[-1], dtype=np.int64), MOST_BENDS)
     # whether it is a course, and no scatter that any number of knots follows, points left out say
     return _best(model, beside, [Free(model.channel, (Bends(("time",), times, (k,)),), UNKNOWN) for k in knots])

@@ -18,6 +18,7 @@ from bench.mismatch.report.smallest import interval, pieces, steps
 from bench.mismatch.report.truth import truth_of
 from bench.mismatch.report.variables import RANGES, TEMPERATURE, TIME, TORQUE, VELOCITY, levels, variable
 from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.quantities import made_of
 from bench.simulation.terms import MOTOR_TORQUE
 from bench.simulation.terms import TEMPERATURE as TEMPERATURE_CHANNEL
 
@@ -76,7 +77,7 @@ class Location:
 def location_of(discovery: Discovery, outcome: ChannelOutcome, data: Dataset) -> Location:
     """The location of a discovery, by the energy of what it adds on the rows that are compared."""
     energies = _energy(discovery, outcome)
-    quantities = [variable(name) for name in discovery.variables]
+    quantities = [variable(part) for name in discovery.variables for part in made_of(name)]
     depends = tuple(name for name in RANGES if any(v.range == name for v in quantities))
     frame, usable = outcome.rows.frame, outcome.usable & (outcome.rows.number > 0)
     span = {name: _span(levels(frame, name)[usable]) for name in RANGES}

@@ -9,7 +9,7 @@ import numpy as np
 
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.linear import in_metres
-from bench.simulation.quantities import QUANTITIES, SHORTEST_TRAVEL, quantity, state_of
+from bench.simulation.quantities import QUANTITIES, REMEMBERED, SHORTEST_TRAVEL, quantity, state_of
 
 VELOCITY, TORQUE, TEMPERATURE, TIME, ANGLE = "velocity", "load_torque", "temperature", "time", "angle"
 RANGES = (VELOCITY, TORQUE, TEMPERATURE)
@@ -114,7 +114,7 @@ def variable(name: str, linear: bool = False) -> Variable:
         label = f"{QUANTITIES[name].label} / {QUANTITIES[name].unit}" if name in QUANTITIES else name
         state = state_of(name)
         before = "temperature" if state is not None and state[0] == "risen" else "motion and load"
-        words = f"depending on the {before} before" if state is not None else ""
+        words = f"depending on the {before} before" if state is not None and state[0] in REMEMBERED else ""
         known = Variable("", label, lambda f: quantity(name, f), words=words)
     return replace(known, axis=in_metres(known.axis)) if linear else known
 

@@ -16,10 +16,12 @@ from bench.simulation.memory import limited_integral, taken_along, worked_up
 from bench.simulation.quantities import (
     OF_KIND,
     QUANTITIES,
+    REMEMBERED,
     STATE_TIMES_S,
     STATES,
     kind_of,
     label,
+    made_of,
     quantity,
     state_named,
     state_of,
@@ -176,3 +178,10 @@ def test_a_film_is_the_thicker_the_faster_the_colder_and_the_less_loaded() -> No
     )
     assert whole == pytest.approx(by)
     assert state_of("film_40Nm") == ("film", 40.0)
+
+
+def test_what_is_made_of_others_lies_where_these_do() -> None:
+    assert made_of("film_33Nm") == ("speed", "torque", "temperature")
+    assert made_of("load_power") == ("velocity", "torque")
+    assert made_of("temperature") == ("temperature",)
+    assert "film" not in REMEMBERED

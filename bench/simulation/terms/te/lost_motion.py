@@ -44,7 +44,11 @@ OFF = (-0.6, 0.6)
 sensor's zero, or the drag of the output's bearing
 """
 J = Symbol("j_2", "rad", "half of the lost motion, by the sign of the torque")
-J_D = Symbol("j_d", "rad", "by how much half of the lost motion is larger in positive direction")
+J_D = Symbol(
+    "j_d",
+    "rad",
+    "by how much half of the lost motion is larger than j_2 in positive direction, and smaller in negative",
+)
 TAU_0 = Symbol("tau_0", "N*m", "torque about which it is passed")
 TAU_J = Symbol("tau_j", "N*m", "torque within which it is passed", 0.0)
 

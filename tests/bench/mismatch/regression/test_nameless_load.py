@@ -60,6 +60,8 @@ def test_what_changes_where_the_load_is_kept_shows_a_load_and_the_mean_an_error(
         assert np.ptp(mean[rows]) < 1e-9
         assert np.average(averaged[rows], weights=frame.count[rows]) == pytest.approx(0.0, abs=1e-9)
     assert np.ptp(averaged) > 2.0
+    # where the torque follows all that the sensor reads nothing is averaged out, not even by rounding
+    assert np.all(term.regressor.columns(replace(kept, followed=np.ones(frame.size)))[:, 1] == 0.0)
 
 
 def test_a_part_that_the_simulation_has_is_no_part_of_it() -> None:
