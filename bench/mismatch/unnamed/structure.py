@@ -13,6 +13,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from scipy.stats import norm
 
 from bench.mismatch import criteria
 from bench.mismatch.discovery import BURSTS, TONE, UNKNOWN, UNNAMED, ChannelOutcome, Discovery, Look, Structure
@@ -99,14 +100,14 @@ def look_for_tone(
     found = tone(densities, seed, orders, unsteady)
     if found is None:
         return None
-    matters = _matters(found, outcome)
-    told = matters and found.p_value < criteria.ERROR_RATE_OF_A_CHANNEL
+    counts = matters(found, outcome.floor)
+    told = counts and found.p_value < criteria.ERROR_RATE_OF_A_CHANNEL
     if told:
         sharper = frequency_of(runs(found.heard[:MOST_RECORDINGS]), found.frequency)
         if sharper is not None:
             found = replace(found, frequency=sharper.value, frequency_std=sharper.std)
         outcome.discoveries.append(_of_tone(found, outcome))
-    look = Look(f"clearest tone (p {found.p_value:.2g})", found.p_value, found.p_value if matters else 1.0)
+    look = Look(f"clearest tone (p {found.p_value:.2g})", found.p_value, found.p_value if counts else 1.0)
     outcome.structure = Structure.of({**outcome.structure.looks, TONE: look})
     return found if told else None
 
@@ -200,8 +201,12 @@ def _as_compared(values: FloatArray, frame: Frame, outcome: ChannelOutcome) -> F
     return values if values.size == outcome.rows.size else values[_nearest(frame, outcome.rows.frame)]
 
 
-def _matters(found: Tone, outcome: ChannelOutcome) -> bool:
-    return bool(found.amplitude / np.sqrt(2.0) > criteria.LEAST_STRENGTH * outcome.floor)
+def matters(found: Tone, floor: float) -> bool:
+    """Whether a tone is as strong as what is told of anything, over the noise ``floor`` of a sample, and its amplitude
+    differs from zero as the recordings differ: one that they do not share is the leakage of something else.
+    """
+    sure = found.amplitude > norm.isf(criteria.ERROR_RATE_OF_A_CHANNEL) * found.amplitude_std
+    return bool(sure and found.amplitude / np.sqrt(2.0) > criteria.LEAST_STRENGTH * floor)
 
 
 def _of_tone(found: Tone, outcome: ChannelOutcome) -> Discovery:

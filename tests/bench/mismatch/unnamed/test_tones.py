@@ -9,7 +9,7 @@ import pytest
 
 from bench.mismatch import criteria
 from bench.mismatch.discovery import TONE, Look, Structure
-from bench.mismatch.unnamed.structure import look_for_tone
+from bench.mismatch.unnamed.structure import look_for_tone, matters
 from bench.mismatch.unnamed.tones import Tone, _drawn, tone
 from tests.bench.mismatch.report import made
 from tests.bench.mismatch.spectra import densities
@@ -115,3 +115,10 @@ def test_a_tone_that_orders_explain_is_none() -> None:
     assert felt.structure is not None
     assert felt.structure.p_value is not None
     assert felt.structure.p_value > criteria.ERROR_RATE_OF_A_CHANNEL
+
+
+@pytest.mark.parametrize(("amplitude", "std", "told"), [(1.0, 0.1, True), (1.0, 0.9, False), (0.2, 0.01, False)])
+def test_a_tone_counts_where_it_is_strong_and_recordings_share_it(amplitude: float, std: float, told: bool) -> None:
+    """Power that one speed has and the others have not is no tone of the channel."""
+    found = Tone(1.4, 0.03, amplitude, std, 1e-4, (0, 1))
+    assert matters(found, 1.0) is told
