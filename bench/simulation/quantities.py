@@ -350,7 +350,12 @@ def quantity(name: str, frame: Frame) -> FloatArray:
 
 
 def _no_quantity(name: str) -> str:
-    states = [state_named("recent_speed", 50.0), state_named("taken_along", 0.02), state_named("impulse", 600.0)]
+    states = [
+        state_named("recent_speed", 50.0),
+        state_named("taken_along", 0.02),
+        state_named("impulse", 600.0),
+        state_named(FILM, 40.0),
+    ]
     return (
         f"there is no quantity '{name}', it should be one of {', '.join(QUANTITIES)}, or a state such as"
         f" {', '.join(states)} (a whole number)"

@@ -20,9 +20,7 @@ from bench.simulation.tables import Grid, hats
 LOOKS = 2000
 """moments at which a course is asked where it is"""
 AROUND = (0, 1, 2, 4, 8)
-"""blocks from a jump at which a knot is tried: a change that takes up to a quarter of an hour bends so far from its
-middle
-"""
+"""blocks from a jump at which a knot is tried: what changes gradually bends before its middle and after it"""
 
 
 class Bends(Grid):
@@ -38,9 +36,7 @@ class Bends(Grid):
     @property
     def course(self) -> str:
         """How often it bends."""
-        words = factor_in_words(self.times)
-        times = f" times {words}" if words else ""
-        return f"a course{times} over time that bends {'once' if self.changes == 1 else f'{self.changes} times'}"
+        return f"a course{times_of(self)} over time that bends {often(self.changes)}"
 
     def away(self, values: FloatArray) -> tuple[float, float] | None:
         """From when to when, s of the campaign, a course with ``values`` at its knots is half as far as ever from the
@@ -56,6 +52,17 @@ class Bends(Grid):
         return (float(far[0]), float(far[-1])) if far.size else None
 
 
+def times_of(grid: Grid) -> str:
+    """What a table is multiplied with, in words; empty for nothing."""
+    words = factor_in_words(grid.times)
+    return f" times {words}" if words else ""
+
+
+def often(number: int) -> str:
+    """How often something happens, in words."""
+    return "once" if number == 1 else f"{number} times"
+
+
 def bends_of(regressor: Regressor) -> Bends | None:
     """The course with bends that a regressor is, if it is one."""
     grid = regressor.grids[0] if isinstance(regressor, Free) else None
@@ -64,10 +71,10 @@ def bends_of(regressor: Regressor) -> Bends | None:
 
 def bending(
     time: FloatArray, value: FloatArray, weight: FloatArray, jumps: IntArray, most: int
-) -> Iterator[tuple[float, ...]]:
+) -> Iterator[tuple[tuple[float, ...], float]]:
     """Knots of courses through the ``value`` (b,) of blocks at a ``time`` (b,), increasing, each course with a bend
-    more than the one before, up to ``most``: least squares with a ``weight`` (b,). ``jumps``: blocks near which knots
-    are tried.
+    more than the one before, up to ``most``, and the squares with a ``weight`` (b,) that it leaves. ``jumps``: blocks
+    near which knots are tried.
     """
     tried = {int(k) + side * by for k in jumps for by in AROUND for side in (-1, 1)}
     possible = [k for k in sorted(tried) if 0 < k < time.size - 1 and weight[k] > 0.0]
@@ -79,7 +86,7 @@ def bending(
             break
         chosen.append(min(left, key=lambda k: left[k]))
         chosen = _moved(time, value, root, chosen, possible)
-        yield _knots(time, chosen)
+        yield _knots(time, chosen), _left(time, value, root, chosen)
 
 
 def _knots(time: FloatArray, chosen: Sequence[int]) -> tuple[float, ...]:

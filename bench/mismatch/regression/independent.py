@@ -13,7 +13,7 @@ from bench.mismatch.regression.model import ChannelModel, Chosen, unrefined
 from bench.mismatch.regression.regressors import Regressor, kinds
 from bench.mismatch.regression.state import Search
 from bench.simulation.frame import FloatArray
-from bench.simulation.quantities import REMEMBERED, STATES, made_of
+from bench.simulation.quantities import REMEMBERED, made_of
 
 KINDS: dict[str, frozenset[str]] = {
     "load": frozenset({"torque", "load", "load_motor_torque", "torque_rate", "torque_path"}),
@@ -22,9 +22,6 @@ KINDS: dict[str, frozenset[str]] = {
     "course": frozenset(
         {
             "temperature",
-            "quick_warming",
-            "warming",
-            "slow_warming",
             "time",
             "travel",
             "seconds",
@@ -32,7 +29,7 @@ KINDS: dict[str, frozenset[str]] = {
             "since_reversal",
             "distance_since_start",
             "transient",
-            *(STATES & REMEMBERED),
+            *REMEMBERED,
         }
     ),
 }

@@ -23,7 +23,7 @@ from bench.mismatch.regression.regressors import UNKNOWN, Free, by_definition
 from bench.mismatch.regression.state import Search
 from bench.simulation.frame import FloatArray, IntArray
 from bench.simulation.quantities import factor, quantity
-from bench.simulation.tables import Grid, hats
+from bench.simulation.tables import Grid
 
 CELLS = 1000
 """parts of a quantity's range, each with as many samples, over which an effect's course is averaged"""
@@ -39,7 +39,7 @@ MOST_TURNS = 1
 """times that a course may turn back: what rises and falls again and again over a quantity only says which recording it
 is
 """
-MOST_KNOTS = 24
+MOST_BENDS = 24
 """bends of a course, beyond which it is no function that anybody would call so"""
 
 
@@ -121,13 +121,8 @@ class _Course:
         """Knots of a table that is the course to within a hundredth of its size; None where too many are needed."""
         size = float(self.weight @ (self.value - np.average(self.value, weights=self.weight)) ** 2)
         jumps = _where_it_changes(self.value)
-        for knots in bending(self.at, self.value, self.weight, jumps, MOST_KNOTS):
-            root = np.sqrt(self.weight)
-            basis = hats(self.at, np.asarray(knots)) * root[:, None]
-            left = self.value * root - basis @ np.linalg.lstsq(basis, self.value * root, rcond=None)[0]
-            if float(left @ left) <= criteria.ALIKE**2 * size:
-                return knots
-        return None
+        courses = bending(self.at, self.value, self.weight, jumps, MOST_BENDS)
+        return next((knots for knots, left in courses if left <= criteria.ALIKE**2 * size), None)
 
 
 def turns(value: FloatArray) -> int:

@@ -89,14 +89,15 @@ def _slot(search: Search, tested: Chosen, whole: FloatArray, number: int) -> Slo
     found = [
         c for c in _alternatives(search, tested, others, seen) if c.effect != tested.effect or tested.effect == UNKNOWN
     ]
-    # of a name that is the same as the effect in these recordings the function that predicts best
+
+    def predicts(one: Chosen) -> float:
+        return float(search.density([*others, one]).sum())
+
+    # of a name that is the same as the effect in these recordings the function that predicts best; each once
     alike = same_courses(search, others, tested)
-    same = {c.effect for c in alike}
-    best = {
-        effect: max((c for c in (*found, *alike) if c.effect == effect), key=lambda c: _worth(search, [*others, c]))
-        for effect in same
-    }
-    found = [*(c for c in found if c.effect not in same), *best.values()]
+    same = [c.effect for c in alike]
+    best = [max((c for c in (*found, *alike) if c.effect == effect), key=predicts) for effect in same]
+    found = [*(c for c in found if c.effect not in same), *best]
     if model.problem.free:
         found = [c for c in found if sound_beside(search, others, c.main, model.refitted([*others, c]))]
     # a name and its alternatives meet in the form in which each predicts best
@@ -146,11 +147,6 @@ def _slot(search: Search, tested: Chosen, whole: FloatArray, number: int) -> Slo
     alternatives.sort(key=lambda r: r.loss)
     last = search.scans[-1] if search.scans else seen
     return Slot(tested, gain, last.p_value(gain), float(share[0]), tuple(alternatives), plainer, needless)
-
-
-def _worth(search: Search, chosen: Sequence[Chosen]) -> float:
-    """Log density of the points left out."""
-    return float(search.density(chosen).sum())
 
 
 def called_as_good(

@@ -13,12 +13,11 @@ from itertools import combinations
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.regression.bends import Bends, bending, bends_of
+from bench.mismatch.regression.bends import Bends, bending, bends_of, often, times_of
 from bench.mismatch.regression.model import Block, ChannelModel, add_block, fit_blocks
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Regressor, by_definition
 from bench.simulation.frame import FloatArray, Frame, IntArray
 from bench.simulation.quantities import factor
-from bench.simulation.quantities import in_words as factor_in_words
 from bench.simulation.tables import Grid
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
 
@@ -64,7 +63,7 @@ class Spell(Grid):
         """From when to when it is there."""
         begin, end = self.knots[0][1:3]
         until = "on" if end >= NOT_ENDED_S else f"to {end:.0f} s of the campaign"
-        return f"a constant{_times(self)} from {begin:.0f} s {until}"
+        return f"a constant{times_of(self)} from {begin:.0f} s {until}"
 
     def knot_points(self) -> FloatArray:
         """The moment at which it begins (1, 1)."""
@@ -99,7 +98,7 @@ class Levels(Grid):
     @property
     def course(self) -> str:
         """How often it changes."""
-        return f"a level{_times(self)} that changes {'once' if self.changes == 1 else f'{self.changes} times'}"
+        return f"a level{times_of(self)} that changes {often(self.changes)}"
 
     def knot_points(self) -> FloatArray:
         """The moments at which the levels begin (size, 1)."""
@@ -117,11 +116,6 @@ class Levels(Grid):
         inner = [at for cut in self.knots[0][1:-1] for at in (cut, cut + STEEP_S)]
         knots = (self.knots[0][0], *inner, self.knots[0][-1])
         return Grid(self.over, self.times, (knots,)).to_json(np.repeat(values, 2))
-
-
-def _times(grid: Grid) -> str:
-    words = factor_in_words(grid.times)
-    return f" times {words}" if words else ""
 
 
 def spells(channel: str, frame: Frame, times: str) -> Iterator[Free]:
@@ -244,7 +238,7 @@ def _best_levels(model: ChannelModel, times: str) -> Block | None:
     time = np.add.reduceat(frame.time, blocks) / np.add.reduceat(np.ones(frame.size), blocks)
     knots = bending(time, value, total, np.asarray(every[-1], dtype=np.int64), MOST_BENDS)
     # whether it is a course, and no scatter that any number of knots follows, points left out say
-    return _best(model, beside, [Free(model.channel, (Bends(("time",), times, (k,)),), UNKNOWN) for k in knots])
+    return _best(model, beside, [Free(model.channel, (Bends(("time",), times, (k,)),), UNKNOWN) for k, _ in knots])
 
 
 def _best(model: ChannelModel, beside: Sequence[Block], functions: Sequence[Free]) -> Block | None:

@@ -20,10 +20,11 @@ def test_knots_are_put_where_a_course_bends() -> None:
     time = np.linspace(0.0, 1000.0, 201)
     value = np.interp(time, [0.0, 300.0, 340.0, 600.0, 680.0, 1000.0], [1.0, 1.0, 4.0, 4.0, 2.0, 2.0])
     jumps = np.searchsorted(time, [320.0, 640.0])
-    (*_, knots) = bending(time, value, np.ones(time.size), jumps, 4)
+    (*_, (knots, squares)) = bending(time, value, np.ones(time.size), jumps, 4)
     basis = hats(time, np.asarray(knots))
     left = value - basis @ np.linalg.lstsq(basis, value, rcond=None)[0]
     assert np.abs(left).max() < 1e-6
+    assert squares == pytest.approx(0.0, abs=1e-3)
     assert list(knots[1:-1]) == [300.0, 340.0, 600.0, 680.0]
 
 
