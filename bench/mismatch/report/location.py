@@ -14,7 +14,7 @@ from bench.mismatch.discovery import ABOVE, BELOW, NAMED, UNNAMED, ChannelOutcom
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.regression import windows
 from bench.mismatch.report.figures import energy
-from bench.mismatch.report.smallest import interval, pieces, steps
+from bench.mismatch.report.smallest import box, interval, pieces, steps
 from bench.mismatch.report.truth import truth_of
 from bench.mismatch.report.variables import RANGES, TEMPERATURE, TIME, TORQUE, VELOCITY, levels, variable
 from bench.simulation.frame import FloatArray, Frame
@@ -133,23 +133,7 @@ def _ranges(
         course = discovery.added if term is None else term.on(frame)
         found = pieces(*steps(levels(frame, step), course, weight, PARTS), HELD) if weight.any() else None
         return {} if found is None else {step: found}
-    total = float(energies.sum())
-    values = {name: levels(frame, name) for name in depends}
-    out: dict[str, Range] = {}
-    # each alone holds so much that all together hold nine tenths; then each is tightened inside the others
-    alone = 1.0 - (1.0 - HELD) / max(len(depends), 1)
-    for name, values_of_rows in values.items():
-        found = interval(values_of_rows, energies, alone * total) if total > 0.0 else None
-        if found is not None:
-            out[name] = found
-    for name in list(out) if len(out) > 1 else []:
-        inside = np.ones(energies.size, dtype=bool)
-        for other in out:
-            if other != name:
-                inside &= (values[other] >= out[other][0]) & (values[other] <= out[other][1])
-        found = interval(values[name], np.where(inside, energies, 0.0), HELD * total)
-        out[name] = found or out[name]
-    return out
+    return box({name: levels(frame, name) for name in depends}, energies, HELD)
 
 
 def _of_side(name: str, side: str, limit: float, frame: Frame, usable: NDArray[np.bool_]) -> dict[str, Range]:

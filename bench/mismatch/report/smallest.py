@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from itertools import permutations
+
 import numpy as np
 
 from bench.simulation.frame import FloatArray
 
 ROUNDING = 1e-9
 """relative: energies that differ by less are the same"""
+CUTS = 10
+"""ways to divide what a box may leave out between one quantity and the others"""
+NARROW = 0.01
+"""of the range of a quantity: narrower intervals are not worth that another quantity's gets wider"""
 
 
 def interval(values: FloatArray, energy: FloatArray, least: float) -> tuple[float, float] | None:
@@ -29,6 +36,48 @@ def interval(values: FloatArray, energy: FloatArray, least: float) -> tuple[floa
     width = levels[np.maximum(last[possible], 1) - 1] - levels[possible]
     begin = possible[int(np.argmin(width))]
     return float(levels[begin]), float(levels[max(int(last[begin]) - 1, begin)])
+
+
+def box(values: Mapping[str, FloatArray], energy: FloatArray, share: float) -> dict[str, tuple[float, float]]:
+    """The smallest intervals of several quantities that together hold a ``share`` of some energy.
+
+    ``values`` (n,) of each quantity and ``energy`` (n,) of the rows. The smallest have the least product of widths, each
+    relative to all that the rows with energy have. Empty where there is no energy.
+    """
+    acting = energy > 0
+    if not acting.any():
+        return {}
+    inside = {name: each[acting] for name, each in values.items()}
+    held, total = energy[acting], float(energy[acting].sum())
+    boxes = [found for order in permutations(inside) for found in _boxes(inside, order, held, total, share)]
+    return min(boxes, key=lambda found: _size(found, inside))
+
+
+def _boxes(
+    values: Mapping[str, FloatArray], order: tuple[str, ...], energy: FloatArray, total: float, share: float
+) -> list[dict[str, tuple[float, float]]]:
+    """Boxes that hold a ``share`` of a ``total``: the first quantity of an ``order`` leaves out so much, the others the
+    rest of what may be left out.
+    """
+    if not order:
+        return [{}]
+    name, *others = order
+    # the last takes all that is left to leave out
+    levels = np.linspace(share, 1.0, CUTS + 1) if others else [share]
+    out = []
+    for level in levels:
+        found = interval(values[name], energy, float(level) * total)
+        if found is None:
+            continue
+        within = np.where((values[name] >= found[0]) & (values[name] <= found[1]), energy, 0.0)
+        out += [{name: found} | rest for rest in _boxes(values, tuple(others), within, total, share)]
+    return out
+
+
+def _size(found: Mapping[str, tuple[float, float]], values: Mapping[str, FloatArray]) -> float:
+    """Product of the widths of a box, each relative to the range of its quantity."""
+    spans = {name: max(float(np.ptp(values[name])), 1e-300) for name in found}
+    return float(np.prod([max((high - low) / spans[name], NARROW) for name, (low, high) in found.items()]))
 
 
 def steps(
