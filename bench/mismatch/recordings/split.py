@@ -97,8 +97,7 @@ def split(recordings: Sequence[Recording]) -> tuple[list[bool], list[int]]:
         enough = kind == "constant_velocity" and validation >= 5
         share = HELD_OUT_BESIDE_VALIDATION if enough else HELD_OUT_SHARE
         number = max(1, round(share * len(members)))
-        order = _spread(single, number)
-        chosen.update(order)
+        chosen.update(_spread(single, min(number, len(single))))
     held = [h or points[i] in chosen for i, h in enumerate(held)]
     folds: dict[_Point, int] = {}
     fold = [folds.setdefault(points[i], len(folds)) if not held[i] else -1 for i in range(len(points))]
