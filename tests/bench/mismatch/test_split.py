@@ -64,3 +64,11 @@ def test_it_is_said_why_nothing_is_held_out() -> None:
     assert not any(split(recordings)[0])
     said = none_spared(recordings)
     assert said.startswith("nothing could be held out: 10 recordings of kind 'free' at 2 operating points; it takes 6")
+
+
+def test_hardly_a_point_stands_alone() -> None:
+    """Twenty points, all but three of them repeated: no more are held out than stand alone."""
+    repeated = [recorded("constant_velocity", 100.0 * k) for k in range(17)]
+    held, _ = split([*repeated, *repeated, *(recorded("constant_velocity", 50.0 + 100.0 * k) for k in range(3))])
+    assert not any(held[:34])
+    assert all(held[34:])
