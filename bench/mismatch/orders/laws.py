@@ -37,6 +37,8 @@ from bench.simulation.frame import FloatArray
 from bench.simulation.laws import RESONANCE, Law, factor
 
 SURROGATES = 60
+SECOND_LOOK = 0.5 * criteria.ERROR_RATE_OF_A_CHANNEL
+"""rate at which noise may pass the look that is taken where the first saw nothing"""
 FEWEST_MOVED = 2
 """orders that a mode moves each by a strength of its own: what one alone follows is a function of the speed"""
 FEWEST_STATES = 3
@@ -74,15 +76,22 @@ def search(model: TransmissionModel, seed: int) -> FoundLaw | None:
     best = int(np.argmax(gains))
     drawn = np.random.default_rng([seed, 5]).normal(size=(SURROGATES, *flat.shape))
     nulls = np.max([scores(p, c, drawn).total for p, c in zip(points, changes, strict=True)], axis=0)
-    if gains[best] < tail(nulls, criteria.ERROR_RATE_OF_A_CHANNEL):
-        return None
-    rate = tail_rate(nulls, float(gains[best]))
+    resounding = model.periodic is not None and any(law.effect == RESONANCE for law in model.periodic.laws)
+    moved: modes.Moved | None = None
+    if gains[best] >= tail(nulls, criteria.ERROR_RATE_OF_A_CHANNEL):
+        rate = tail_rate(nulls, float(gains[best]))
+    else:
+        # a strong mode has spoiled the series that the scan begins at
+        beyond = None if resounding else modes.beyond_noise(data, seed, SURROGATES, SECOND_LOOK)
+        if beyond is None:
+            return None
+        moved, rate = beyond
     by_effect: dict[str, int] = {}
     for k in np.argsort(-gains).tolist():
         by_effect.setdefault(points[k].effect, k)
     gain_of = dict.fromkeys(by_effect, 0.0) | {e: float(gains[k]) for e, k in by_effect.items()}
     each = {e: scored[k].each[0] for e, k in by_effect.items()}
-    mode = moved = swung = None
+    mode = swung = None
     # the scan's tangent is that of a weak mode: the vectors are asked themselves, and the mode refined, before it is
     # compared with what follows the speed anyhow
     if RESONANCE in gain_of:
@@ -91,7 +100,7 @@ def search(model: TransmissionModel, seed: int) -> FoundLaw | None:
             mode = modes.refined(model, data, begin)
             gain_of[RESONANCE], each[RESONANCE] = mode.gain, mode.each
         # beside a mode that was found, what its numbers leave is none with strengths as they please
-        if model.periodic is not None and all(law.effect != RESONANCE for law in model.periodic.laws):
+        if moved is None and not resounding:
             moved = modes.of_each(data)
         if moved is not None and moved.gain > criteria.RICHER:
             swung = _rather_than(mode, max(gain, gain_of[RESONANCE]), moved, model, data)

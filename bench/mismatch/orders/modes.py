@@ -29,6 +29,7 @@ from bench.mismatch.orders.lowest import lowest
 from bench.mismatch.orders.model import TransmissionModel, calibrated_by
 from bench.mismatch.orders.revolutions import Complex
 from bench.mismatch.orders.series import FIRST_PRIOR, Series
+from bench.mismatch.regression.maxima import tail, tail_rate
 from bench.simulation.frame import FloatArray
 from bench.simulation.laws import EACH, RESONANCE, Law, resonant
 
@@ -223,39 +224,94 @@ class Moved:
     each: FloatArray
 
 
-def of_each(data: Amplitudes) -> Moved | None:
-    """The mode that best says what some orders have beyond polynomials of the state, each moved as it will; None where
-    no order gains.
+@dataclass(frozen=True, slots=True)
+class Swinging:
+    """What modes gain that each order moves as it will, beside polynomials of the state.
 
     What moves a mode need not be what the encoders see of the same order: its answer is a wave of a size and a phase of
     its own. All is linear but the mode's two numbers; what the strengths are is integrated out.
     """
-    form = next(iter(EACH))
-    within = [_Within.of(data, k) for k in range(len(data.orders))]
-    clipped = Bounds.of(data).clipped
 
-    def each(point: Sequence[float]) -> FloatArray:
-        swings = EACH[form](data.frequency, point[0], point[1])
-        return np.array([vectors.gained(swings[:, k]) for k, vectors in enumerate(within)])
+    data: Amplitudes
+    within: tuple[_Within, ...]
+    form: str
+    tried: tuple[tuple[float, ...], ...]
+    """natural frequencies and damping ratios from which a mode is sought"""
 
-    def gain(point: Sequence[float]) -> float:
-        return float(np.sum(np.maximum(each(point), 0.0))) - unusual(point[1]) - float(np.log(2.0 * len(data.time)))
+    @classmethod
+    def of(cls, data: Amplitudes) -> Swinging:
+        """Of all orders."""
+        form, clipped = next(iter(EACH)), Bounds.of(data).clipped
+        tried = tuple(clipped(np.log([*law.point[:2], 1.0]))[:2] for law in resonances(data, (form,)))
+        return cls(data, tuple(_Within.of(data, k) for k in range(len(data.orders))), form, tried)
 
-    tried = [clipped(np.log([*law.point[:2], 1.0]))[:2] for law in resonances(data, (form,))]
-    begin = max(tried, key=gain)
-    found = lowest(lambda z: -gain(clipped(np.append(z, 0.0))), np.log(begin), STEPS[:2], EVALUATIONS)
-    point = clipped(np.append(found, 0.0))[:2]
-    gains = each(point)
-    taking = [k for k in range(len(within)) if gains[k] > 0.0]
-    if not taking:
+    def swings(self, point: Sequence[float]) -> Complex:
+        """What a mode adds to each order (revolutions, orders), over the order's strength in it."""
+        return EACH[self.form](self.data.frequency, point[0], point[1])
+
+    def each(self, point: Sequence[float]) -> FloatArray:
+        """Log-likelihood that each order gains (orders,)."""
+        swings = self.swings(point)
+        return np.array([float(w.gained(swings[:, [k]])[0, 0]) for k, w in enumerate(self.within)])
+
+    def gain(self, point: Sequence[float]) -> float:
+        """What all orders gain, less the price of the mode's numbers."""
+        return float(np.sum(np.maximum(self.each(point), 0.0))) - self.price(point)
+
+    def price(self, point: Sequence[float]) -> float:
+        """Log-likelihood that a mode's two numbers cost (BIC), and how unusual its damping is."""
+        return unusual(point[1]) + float(np.log(2.0 * len(self.data.time)))
+
+    def best(self, begin: Sequence[float]) -> Moved | None:
+        """The mode that gains most near one; None where no order gains."""
+        data, clipped = self.data, Bounds.of(self.data).clipped
+        found = lowest(lambda z: -self.gain(clipped(np.append(z, 0.0))), np.log(begin), STEPS[:2], EVALUATIONS)
+        point = clipped(np.append(found, 0.0))[:2]
+        gains, swings = self.each(point), self.swings(point)
+        taking = [k for k in range(len(self.within)) if gains[k] > 0.0]
+        if not taking:
+            return None
+        strength = np.zeros(len(self.within), dtype=np.complex128)
+        for k in taking:
+            strength[k] = self.within[k].strength(swings[:, k])
+        orders = tuple(data.orders[k] for k in taking)
+        law = Law(
+            RESONANCE, self.form, point, self.gain(point), orders, strength, ("speed",), data.reference, data.orders
+        )
+        return Moved(law, self.gain(point), np.maximum(gains, 0.0))
+
+    def maxima(self, rng: np.random.Generator, draws: int) -> tuple[FloatArray, FloatArray]:
+        """What each mode that is tried gains in the vectors (modes,), and the best of them all in draws of noise."""
+        total = np.zeros((len(self.tried), draws + 1))
+        courses = np.stack([self.swings(point) for point in self.tried], axis=2)
+        for k, within in enumerate(self.within):
+            noise = rng.normal(size=(2, len(self.data.time), draws))
+            total += np.maximum(within.gained(courses[:, k], noise[0] + 1j * noise[1]), 0.0)
+        total -= np.array([self.price(point) for point in self.tried])[:, None]
+        return total[:, 0], np.max(total[:, 1:], axis=0)
+
+
+def of_each(data: Amplitudes) -> Moved | None:
+    """The mode that best says what some orders have beyond polynomials of the state, each moved as it will; None where
+    no order gains.
+    """
+    swinging = Swinging.of(data)
+    return swinging.best(max(swinging.tried, key=swinging.gain))
+
+
+def beyond_noise(data: Amplitudes, seed: int, draws: int, rate: float) -> tuple[Moved, float] | None:
+    """The mode of :func:`of_each` and how rarely noise alone makes one that gains as much, if more rarely than a
+    ``rate``.
+
+    The series is not asked, which a strong mode has spoiled: the vectors are, beside whatever their polynomials are.
+    """
+    swinging = Swinging.of(data)
+    gains, nulls = swinging.maxima(np.random.default_rng([seed, 6]), draws)
+    begin = int(np.argmax(gains))
+    if gains[begin] < tail(nulls, rate):
         return None
-    swings = EACH[form](data.frequency, *point)
-    strength = np.zeros(len(within), dtype=np.complex128)
-    for k in taking:
-        strength[k] = within[k].strength(swings[:, k])
-    orders = tuple(data.orders[k] for k in taking)
-    law = Law(RESONANCE, form, point, gain(point), orders, strength, ("speed",), data.reference, data.orders)
-    return Moved(law, gain(point), np.maximum(gains, 0.0))
+    moved = swinging.best(swinging.tried[begin])
+    return None if moved is None else (moved, tail_rate(nulls, float(gains[begin])))
 
 
 @dataclass(frozen=True, slots=True)
@@ -282,23 +338,27 @@ class _Within:
         left = solve_triangular(lower, data.vectors[:, k], lower=True)
         return cls(np.asarray(lower), covariance, np.asarray(left), level)
 
-    def _under(self, swing: Complex) -> tuple[Complex, float]:
-        whitened = np.asarray(self.level * solve_triangular(self.lower, swing, lower=True))
-        return whitened, float(np.sum(np.abs(whitened) ** 2))
-
-    def gained(self, swing: Complex) -> float:
-        """Log marginal likelihood gained if the vectors have some of a ``swing`` (revolutions,) of the order's size."""
-        whitened, power = self._under(swing)
+    def gained(self, swings: Complex, noise: Complex | None = None) -> FloatArray:
+        """Log marginal likelihood gained (modes, 1 + draws) if the vectors, or draws of ``noise`` (revolutions, draws)
+        in their place, have some of ``swings`` (revolutions, modes) of the order's size.
+        """
+        whitened = self._under(swings)
+        power = np.sum(np.abs(whitened) ** 2, axis=0)
+        left = self.left[:, None] if noise is None else np.column_stack([self.left, noise])
         prior = 2.0 * PRIOR_REVOLUTIONS
-        before = float(np.sum(np.abs(self.left) ** 2))
-        after = before - abs(complex(np.vdot(whitened, self.left))) ** 2 / (1.0 + power)
+        before = np.sum(np.abs(left) ** 2, axis=0)
+        after = before - np.abs(np.conj(whitened).T @ left) ** 2 / (1.0 + power)[:, None]
         revolutions = len(self.left) + PRIOR_REVOLUTIONS
-        return float(revolutions * np.log((before + prior) / (max(after, 0.0) + prior)) - np.log(1.0 + power))
+        gained = revolutions * np.log((before + prior) / (np.maximum(after, 0.0) + prior))
+        return np.asarray(gained - np.log(1.0 + power)[:, None])
+
+    def _under(self, swings: Complex) -> Complex:
+        return np.asarray(self.level * solve_triangular(self.lower, swings, lower=True))
 
     def strength(self, swing: Complex) -> complex:
         """How much of a swing the vectors have, over what they are without it."""
-        whitened, power = self._under(swing)
-        share = complex(np.vdot(whitened, self.left)) / (1.0 + power)
+        whitened = self._under(swing)
+        share = complex(np.vdot(whitened, self.left)) / (1.0 + float(np.sum(np.abs(whitened) ** 2)))
         rest = solve_triangular(self.lower.T, self.left - share * whitened, lower=False)
         mean = complex(np.mean(self.polynomials @ rest))
         return share * self.level / mean if mean else 0.0j

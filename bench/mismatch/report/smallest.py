@@ -41,8 +41,8 @@ def interval(values: FloatArray, energy: FloatArray, least: float) -> tuple[floa
 def box(values: Mapping[str, FloatArray], energy: FloatArray, share: float) -> dict[str, tuple[float, float]]:
     """The smallest intervals of several quantities that together hold a ``share`` of some energy.
 
-    ``values`` (n,) of each quantity and ``energy`` (n,) of the rows. The smallest have the least product of widths, each
-    relative to all that the rows with energy have. Empty where there is no energy.
+    ``values`` (n,) of each quantity and ``energy`` (n,) of the rows. The smallest have the least product of widths,
+    each relative to all that the rows with energy have. Empty where there is no energy.
     """
     acting = energy > 0
     if not acting.any():
