@@ -15,6 +15,7 @@ from bench.mismatch.recordings.comparable import Comparable
 from bench.mismatch.recordings.dataset import Dataset, Member, is_linear
 from bench.mismatch.recordings.extrapolated import fitted_too
 from bench.mismatch.recordings.faulty import Faulty, nowhere_measured, of_other_sign
+from bench.mismatch.recordings.followed_waves import folder_of
 from bench.mismatch.recordings.motion import slowly
 from bench.mismatch.recordings.pieces import Piece, pieces
 from bench.mismatch.recordings.prepared import Folder, prepare
@@ -65,7 +66,7 @@ def load(path: Paths, progress: Progress | None = None, jobs: int = 1, base: Bas
         notes.append("the thermometer is open or shorted in all recordings: nothing is compared with the temperature")
     if all(is_linear(r) for r in usable):
         notes.append("a linear axis: metres and newtons")
-    folder = Folder.of(usable, base)
+    folder = folder_of(usable, base)
     data = Dataset([], rejected, folder, notes=notes, parts=parts)
     rows = Collected()
     travelled = 0.0

@@ -44,6 +44,7 @@ class Manner:
     speed: float = 1.0
     free: bool = False
     source: str = ANGLE
+    waves: bool = True
 
     @classmethod
     def of(cls, recordings: Sequence[Recording]) -> Manner:

@@ -25,7 +25,7 @@ from bench.mismatch.recordings.notch import notched
 from bench.mismatch.recordings.ripple import Ripple, ripple_of
 from bench.mismatch.recordings.runs import Runs, smoothed
 from bench.mismatch.recordings.shaking import count_of, shaken
-from bench.mismatch.recordings.smoothing import SHORTEST, local_quadratic, repaired, window
+from bench.mismatch.recordings.smoothing import SHORTEST, WINDOWS_S, local_quadratic, repaired, window
 from bench.mismatch.recordings.thinning import Measured, Thinning, group_of
 from bench.mismatch.recordings.window import ANGLE, VELOCITY, Rates, motion
 from bench.recording import SIMULATED, Recording
@@ -197,7 +197,9 @@ def prepare(
     q = load if "load_angle" in signals else theta
     _, q_rate, q_acceleration = smoothed(q, span, runs)
     turning = [piece for piece in runs.pieces or [slice(0, n)] if np.all(steady[piece] > 0.5)]
-    if "motor_angle" in signals and "load_angle" in signals:
+    if not manner.waves and "motor_angle" in signals:
+        q_acceleration = smoothed(theta, WINDOWS_S[-1], runs)[2]
+    elif "motor_angle" in signals and "load_angle" in signals:
         chosen = _quieter(q_acceleration, acceleration / ratio)
         motor_moves = None if chosen is q_acceleration else theta
         q_acceleration = chosen + shaken(q, q_rate, turning, rate, span, count_of(recording), motor_moves)

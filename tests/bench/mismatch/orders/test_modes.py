@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -11,7 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.signal import freqs
 
 from bench.mismatch.orders.law_scores import Amplitudes
-from bench.mismatch.orders.modes import Bounds, begun, refined
+from bench.mismatch.orders.modes import Bounds, begun, beyond_noise, refined
 from bench.mismatch.orders.revolutions import Revolution
 from bench.mismatch.orders.series import calibrate
 from bench.simulation.laws import MODES, RESONANCE, Law, Reference, factor
@@ -122,3 +123,25 @@ def test_forms_that_say_the_same_one_way_differ_the_other_way() -> None:
     np.testing.assert_array_equal(signed(frequency, 7.3, 0.1), unsigned(frequency, 7.3, 0.1))
     np.testing.assert_allclose(signed(-frequency, 7.3, 0.1), np.conj(unsigned(-frequency, 7.3, 0.1)))
     assert list(MODES).index("second_order") < list(MODES).index("second_order_unsigned")
+
+
+def test_a_strong_mode_is_told_from_noise_by_the_vectors_alone() -> None:
+    """Whatever a series calibrated on them is like: it is not asked."""
+    _, data = passed("second_order_of_base", 7.3, 0.06, 0.0, 4)
+    moved = [ORDERS.index(f) for f in (46.0, 92.0)]
+    frequency = data.x[:, 1:2] * np.asarray(ORDERS)[moved]
+    swing = (frequency / 7.3) ** 2 / (1.0 - (frequency / 7.3) ** 2 + 0.12j * frequency / 7.3)
+    vectors = data.vectors.copy()
+    vectors[:, moved] *= 1.0 + 0.6 * np.exp(1j) * swing
+    found = beyond_noise(replace(data, vectors=vectors), 0, 60, 0.002)
+    assert found is not None
+    moving, p_value = found
+    assert moving.law.orders == (46.0, 92.0)
+    assert moving.law.point == pytest.approx((7.3, 0.06), rel=0.1)
+    assert p_value < 0.002
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_noise_moves_no_mode(seed: int) -> None:
+    _, data = passed("second_order", 7.3, 0.1, 0.0, seed)
+    assert beyond_noise(data, seed, 60, 0.002) is None
