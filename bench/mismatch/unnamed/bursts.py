@@ -1,7 +1,8 @@
 """Bursts: blocks of the campaign in which what is left scatters far more than elsewhere.
 
 The logarithm of a block's mean square has a spread of its own, by the noise and by the speed; it is taken from the
-blocks themselves (median absolute deviation), about the median of the blocks of a like speed. With its loudest row no
+blocks themselves (median absolute deviation; of those of a like speed where these scatter far more than all), about the
+median of the blocks of a like speed. With its loudest row no
 louder than the next a block has to be loud as well. Blocks are of steady motion: starts, reversals and ramps have
 dynamics that no simulation of the slow physics claims.
 """
@@ -30,6 +31,10 @@ FEWEST_ROWS = 4
 """rows of steady motion in a block below which its mean square tells nothing"""
 MOST_LOUDEST = 5
 """blocks that are asked together: what knocks or sticks does so again and again, each time hardly beyond noise"""
+SCATTER_MORE = 1.7
+"""times as much as all blocks that those of a like speed scatter, from which their own scatter is taken: of fifteen
+blocks the median absolute deviation is known to a quarter
+"""
 LEAST_LOUDER = 2.0
 """mean square over that of other blocks from which a block counts as louder, whatever its chance"""
 
@@ -120,20 +125,23 @@ def _louder(
     the blocks it is more; minus infinity where a block has not ``enough`` rows.
     """
     loud = np.log(total / np.maximum(number, 1.0) + 1e-300)
-    usual = np.zeros(loud.size)
+    usual, spread = np.zeros(loud.size), np.zeros(loud.size)
     usual[enough] = _like(loud[enough], speed[enough])
-    spread = 1.4826 * np.median(np.abs((loud - usual)[enough])) * np.ones(loud.size)
+    apart = np.abs((loud - usual)[enough])
+    # blocks of long recordings, of which there are most, may scatter less than those of short ones at other speeds
+    near = _like(apart, speed[enough])
+    spread[enough] = 1.4826 * np.where(near > SCATTER_MORE * np.median(apart), near, np.median(apart))
     # short blocks scatter more: as the logarithm of a mean of squares
     spread = np.maximum(spread, np.sqrt(2.0 / np.maximum(number, 1.0)))
     return loud, usual, np.where(enough, (loud - usual) / spread, -np.inf)
 
 
-def _like(loud: FloatArray, speed: FloatArray) -> FloatArray:
-    """Median of the blocks of a like speed (a third to either side in rank)."""
+def _like(values: FloatArray, speed: FloatArray) -> FloatArray:
+    """Median of the values of the blocks of a like speed (a third of all, a sixth to either side in rank)."""
     order = np.argsort(speed)
-    width = max(loud.size // 3, 15)
-    out = np.empty(loud.size)
+    width = max(values.size // 3, 15)
+    out = np.empty(values.size)
     for rank, k in enumerate(order):
-        a = min(max(rank - width // 2, 0), max(loud.size - width, 0))
-        out[k] = np.median(loud[order[a : a + width]])
+        a = min(max(rank - width // 2, 0), max(values.size - width, 0))
+        out[k] = np.median(values[order[a : a + width]])
     return out

@@ -11,7 +11,7 @@ import pytest
 
 from bench.mismatch import criteria
 from bench.mismatch.regression.bank import fit
-from bench.mismatch.unnamed.bursts import Bursts, _chance, bursts
+from bench.mismatch.unnamed.bursts import Bursts, _chance, _louder, bursts
 from bench.mismatch.unnamed.structure import _counts, _of_bursts
 from bench.simulation.frame import FloatArray, Frame
 from tests.bench.mismatch.regression.synthetic import banked, campaign, problem
@@ -191,3 +191,15 @@ def test_what_is_hardly_loud_is_found_where_it_is_so_again_and_again() -> None:
     once[7], thrice[[7, 30, 51]] = 3.1, 3.1
     assert _chance(once, 2) > 0.05
     assert _chance(thrice, 2) < criteria.ERROR_RATE_OF_A_CHANNEL
+
+
+@pytest.mark.parametrize(("spread", "loud"), [(1.2, False), (0.15, True)])
+def test_blocks_are_loud_beside_those_of_a_like_speed(spread: float, loud: bool) -> None:
+    """Most blocks are of long recordings at one speed, and scatter little; ten times as loud is one at another."""
+    rng = np.random.default_rng(2)
+    scatter = np.concatenate([rng.normal(0.0, 0.15, 70), rng.normal(0.0, spread, 31)])
+    scatter[-1] = np.log(10.0)
+    speed = np.append(np.full(70, 1.5), np.full(31, 0.4))
+    number = np.full(101, 200.0)
+    z = _louder(number * np.exp(scatter), number, speed, np.ones(101, dtype=bool))[2]
+    assert (_chance(z, 1) < criteria.ERROR_RATE_OF_A_CHANNEL) is loud
