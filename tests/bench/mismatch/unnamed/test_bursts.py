@@ -197,9 +197,9 @@ def test_what_is_hardly_loud_is_found_where_it_is_so_again_and_again() -> None:
 def test_blocks_are_loud_beside_those_of_a_like_speed(spread: float, loud: bool) -> None:
     """Most blocks are of long recordings at one speed, and scatter little; ten times as loud is one at another."""
     rng = np.random.default_rng(2)
-    scatter = np.concatenate([rng.normal(0.0, 0.15, 70), rng.normal(0.0, spread, 31)])
-    scatter[-1] = np.log(10.0)
-    speed = np.append(np.full(70, 1.5), np.full(31, 0.4))
-    number = np.full(101, 200.0)
-    z = _louder(number * np.exp(scatter), number, speed, np.ones(101, dtype=bool))[2]
+    scatter = np.concatenate([rng.normal(0.0, 0.15, 80), rng.normal(0.0, spread, 41)])
+    scatter[100] = np.log(10.0)
+    speed = np.append(np.linspace(1.4, 1.6, 80), np.linspace(0.3, 0.5, 41))
+    number = np.full(speed.size, 200.0)
+    z = _louder(number * np.exp(scatter), number, speed, np.ones(speed.size, dtype=bool))[2]
     assert (_chance(z, 1) < criteria.ERROR_RATE_OF_A_CHANNEL) is loud
