@@ -1,4 +1,4 @@
-"""Steps: what is left jumps up and down between two seconds, by more than it wanders elsewhere.
+"""Steps: what is left jumps up and down between two seconds, by more than it drifts elsewhere.
 
 A chain of two levels (:mod:`bench.mismatch.unnamed.telegraph`) needs the levels themselves. Where slow waves are left
 beside them, or were fitted to them, only the jumps are seen. The mean of the next seconds less that of the last ones is
@@ -69,21 +69,23 @@ def steps(search: Search, seed: int = 0) -> Steps | None:
 
 
 def _steps(values: FloatArray, seen: NDArray[np.bool_]) -> FloatArray:
-    """Mean of the next bins less that of the last ones at each bin (pieces, bins); nan where one of them is missing."""
+    """Mean of the next bins less that of the last ones at each bin (pieces, bins), about the piece's median: a drift is no
+    step. nan where one of them is missing.
+    """
     shown = np.where(seen, values, np.nan)
     step = np.full(values.shape, np.nan)
     last = values.shape[1] - SIDES + 1
     before = sum(shown[:, SIDES - 1 - k : last - 1 - k] for k in range(SIDES))
     after = sum(shown[:, SIDES + k : last + k] for k in range(SIDES))
     step[:, SIDES:last] = (after - before) / SIDES
-    return step
+    return step - _medians(step)[:, None]
 
 
 def _usual(step: FloatArray) -> FloatArray:
     """Usual size of a step in each piece (pieces,), by the median; no less than in the median piece, for few steps tell
     it badly.
     """
-    each = 1.4826 * _medians(np.abs(step - _medians(step)[:, None]))
+    each = 1.4826 * _medians(np.abs(step))
     return np.asarray(np.fmax(each, np.nanmedian(each)))
 
 

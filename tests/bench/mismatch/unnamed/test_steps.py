@@ -77,3 +77,10 @@ def test_spikes_and_one_way_steps_are_none() -> None:
     assert looked(spikes) is None
     once = np.where(np.tile(np.arange(EACH), RECORDINGS) > EACH // 2, HEIGHT, 0.0)
     assert looked(once + slow(3, 0.0)) is None
+
+
+def test_a_drift_within_a_recording_has_no_steps() -> None:
+    """Up in some recordings and down in others, by far more than the noise from one second to the next."""
+    slope = np.repeat(np.where(np.arange(RECORDINGS) % 3 == 0, 1.0, -1.0) * (np.arange(RECORDINGS) % 2), EACH)
+    drift = HEIGHT * slope * np.tile(np.arange(EACH), RECORDINGS) / EACH
+    assert looked(drift + slow(5, 0.0, 0.02 * SIGMA)) is None
