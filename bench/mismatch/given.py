@@ -24,7 +24,7 @@ from bench.simulation.heat_rates import HEATING, LESS, TAKEN_OFF, with_rates
 from bench.simulation.laws import Law
 from bench.simulation.laws import from_json as law_from_json
 from bench.simulation.model import Simulation, Term
-from bench.simulation.orders import nominal_orders
+from bench.simulation.orders import nominal_orders, orders_in_doubt
 from bench.simulation.quantities import INPUT_ANGLE
 from bench.simulation.terms import LIBRARY, LOAD_TORQUE, TRANSMISSION_ERROR
 from bench.simulation.waves import Wave
@@ -226,7 +226,8 @@ def _series_orders(model: Simulation, off: bool) -> set[float]:
     if series is not None and series.coefficients is not None:
         sets = (series.coefficients.positive, series.coefficients.negative)
         return {float(f) for s in sets if s is not None for f in s.orders}
-    return set(nominal_orders(model.gearbox))
+    # what is nominal by either reading is not told as missing
+    return {*nominal_orders(model.gearbox), *orders_in_doubt(model.gearbox)}
 
 
 def _orders_of_row(row: Row) -> list[float]:

@@ -37,3 +37,13 @@ def nominal_orders(gearbox: Gearbox) -> tuple[float, ...]:
         planetary = [i * gearbox.z2 / gearbox.z1 for i in PLANETARY]
         orders |= {f for f in planetary if f >= 1.0 and min(abs(f - g) for g in orders) >= APART}
     return tuple(sorted(orders))
+
+
+def orders_in_doubt(gearbox: Gearbox) -> tuple[float, ...]:
+    """Orders that the nominal simulation has by its list of numbers, but not by the gearbox' tooth numbers, ascending.
+
+    The simulation is defined for one gearbox by twenty numbers with a part beside each. Of another gearbox it does not
+    say whether the numbers hold or the parts do. What is near an order of a part is that one.
+    """
+    own = nominal_orders(gearbox)
+    return tuple(f for f in nominal_orders(Gearbox()) if min(abs(f - g) for g in own) >= APART)

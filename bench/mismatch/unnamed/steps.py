@@ -69,8 +69,8 @@ def steps(search: Search, seed: int = 0) -> Steps | None:
 
 
 def _steps(values: FloatArray, seen: NDArray[np.bool_]) -> FloatArray:
-    """Mean of the next bins less that of the last ones at each bin (pieces, bins), about the piece's median: a drift is no
-    step. nan where one of them is missing.
+    """Mean of the next bins less that of the last ones at each bin (pieces, bins), about the piece's median: a drift is
+    no step. nan where one of them is missing.
     """
     shown = np.where(seen, values, np.nan)
     step = np.full(values.shape, np.nan)

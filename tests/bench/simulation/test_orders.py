@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bench.simulation.model import Gearbox
-from bench.simulation.orders import OUTPUT_SHAFT, nominal_orders
+from bench.simulation.orders import OUTPUT_SHAFT, nominal_orders, orders_in_doubt
 from bench.simulation.terms.nominal.transmission_error import PAPER_ORDERS
 
 
@@ -27,3 +27,13 @@ def test_orders_that_one_revolution_does_not_tell_apart_are_one() -> None:
 
 def test_an_order_below_one_is_none_of_the_series() -> None:
     assert min(nominal_orders(Gearbox(100.0, 32, 20, 39, 40))) == 1.0
+
+
+def test_numbers_of_the_list_are_in_doubt_where_the_teeth_say_otherwise() -> None:
+    assert orders_in_doubt(Gearbox()) == ()
+    # the cycloid stage and the disc have the paper's teeth, the input gear and the planetary stage have not
+    assert orders_in_doubt(Gearbox(162.0, 20, 70, 45, 46)) == (4.0, 12.0, 24.0)
+    assert orders_in_doubt(Gearbox(118.5, None, None, None, None)) == tuple(
+        f for f in PAPER_ORDERS if f not in OUTPUT_SHAFT
+    )
+    assert 12.0 not in orders_in_doubt(Gearbox(100.0, None, None, None, 12))
