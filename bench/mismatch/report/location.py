@@ -80,7 +80,9 @@ def location_of(discovery: Discovery, outcome: ChannelOutcome, data: Dataset) ->
     quantities = [variable(part) for name in discovery.variables for part in made_of(name)]
     depends = tuple(name for name in RANGES if any(v.range == name for v in quantities))
     frame, usable = outcome.rows.frame, outcome.usable & (outcome.rows.number > 0)
-    span = {name: _span(levels(frame, name)[usable]) for name in RANGES}
+    # what the recordings cover that are compared: of some their starts are not
+    covered = np.isin(frame.recording, np.unique(frame.recording[usable]))
+    span = {name: _span(levels(frame, name)[covered]) for name in RANGES}
     ranges = span | _ranges(discovery, outcome, energies, depends)
     weight = np.where(usable, outcome.rows.number, 0.0)
     beyond = _beyond(discovery, ranges)

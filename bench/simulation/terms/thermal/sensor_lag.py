@@ -39,6 +39,12 @@ def _two_grid(frame: Frame) -> tuple[Point, ...]:
     return tuple((fast, SLOWER * fast, share) for (fast,) in _grid(frame)[::2] for share in SHARES)
 
 
+def _two_lagging(frame: Frame, point: Point) -> FloatArray:
+    (fast, of_fast), (slow, of_slow) = lags_of(point)
+    late = of_fast * lag(frame.power, frame, fast) + of_slow * lag(frame.power, frame, slow)
+    return columns(-integral(frame.power - late, frame) - frame.lead)
+
+
 def _two_lagging_on(frame: Frame, point: Point) -> FloatArray:
     (fast, of_fast), (slow, of_slow) = lags_of(point)
     late = of_fast * loss_lag(frame, fast) + of_slow * loss_lag(frame, slow)
@@ -51,10 +57,7 @@ TAU_2 = Symbol("tau_2", "s", "second, larger time constant of the sensor", 0.0)
 SHARE = Symbol("g", "1", "share of the second time constant", 0.0, 1.0)
 
 # in a pocket, or where heat creeps along its sheath, a sensor has no one time constant
-_TWO = (
-    "dT/dt -= 1/C*(P - (1 - g)*P_1 - g*P_2), tau_s*dP_1/dt = P - P_1, tau_2*dP_2/dt = P - P_2, P: loss, P_1 and P_2 go"
-    " on between recordings, with P = 0 before one that begins at rest"
-)
+_TWO = "dT/dt -= 1/C*(P - (1 - g)*P_1 - g*P_2), tau_s*dP_1/dt = P - P_1, tau_2*dP_2/dt = P - P_2, P: loss"
 # the sensor is late by what heats, so the heat capacity is that of the lubricant
 _LAG = "dT/dt -= 1/C*(P - P_s), tau_s*dP_s/dt = P - P_s, P: loss"
 
@@ -86,13 +89,22 @@ TERM = Term(
                 shares=LOSS_HEATING.effect,
             ),
             Form(
+                "two_lags",
+                _two_lagging,
+                (PER_C,),
+                (TAU, TAU_2, SHARE),
+                _two_grid,
+                equation=f"{_TWO}, P_1 = P_2 = P at the start of each recording",
+                shares=LOSS_HEATING.effect,
+            ),
+            Form(
                 "two_lags_kept",
                 _two_lagging_on,
                 (PER_C,),
                 (TAU, TAU_2, SHARE),
                 _two_grid,
                 remembers=True,
-                equation=_TWO,
+                equation=f"{_TWO}, P_1 and P_2 go on between recordings, with P = 0 before one that begins at rest",
                 shares=LOSS_HEATING.effect,
             ),
         )
