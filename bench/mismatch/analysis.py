@@ -44,7 +44,7 @@ from bench.mismatch.who_reads_wrong import as_reported, mark, mark_load, of_load
 from bench.simulation.frame import FloatArray
 from bench.simulation.memory import lag, loss_lag
 from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
-from bench.simulation.terms.thermal.sensor_lag import lags_of
+from bench.simulation.terms.thermal.sensor_lag import SETTLED, lags_of
 
 Progress = Callable[[str, float], None]
 
@@ -283,14 +283,19 @@ def _holds_with(
 def behind_of(model: ChannelModel) -> FloatArray | None:
     """By how much the gearbox is warmer than its sensor reads (n,), K, at the rows of a model of the temperature; None
     where it has no lag. The reading rises by P_s/C, the gearbox by P/C (P_s: the loss that the sensor has followed, or
-    the mean of two by their shares).
+    the mean of two by their shares). A sensor that reads right when a recording begins is behind by what it lacks.
     """
     frame = model.problem.rows.frame
     out: FloatArray | None = None
     for chosen in model.chosen:
         regressor = chosen.main.regressor
         if chosen.effect == LAG and isinstance(regressor, Named):
-            per_capacity = float(model.fit.of(chosen.main.indices)[0][0])
+            coefficients = model.fit.of(chosen.main.indices)[0]
+            if regressor.form.name in SETTLED:
+                lacking = np.asarray(regressor.columns(frame) @ coefficients)
+                out = -lacking if out is None else out - lacking
+                continue
+            per_capacity = float(coefficients[0])
             for constant, share in lags_of(regressor.point):
                 kept = regressor.form.remembers
                 late = loss_lag(frame, constant) if kept else lag(frame.power, frame, constant)

@@ -55,6 +55,17 @@ def test_behind_two_lags_it_is_as_far_as_their_mean_constant() -> None:
     assert behind[-1] == pytest.approx((0.6 * 20.0 + 0.4 * 80.0) * PER_CAPACITY * LOSS, rel=1e-2)
 
 
+def test_a_sensor_that_reads_right_at_the_start_is_behind_by_what_it_lacks() -> None:
+    model = heat(name="first_order_settled")
+    block = model.chosen[0].main
+    model.fit = SimpleNamespace(of=lambda _place: (np.array([PER_CAPACITY, 0.0, 0.0]), np.zeros((3, 3))))
+    behind = behind_of(model)
+    assert behind is not None
+    np.testing.assert_allclose(behind, -block.regressor.columns(frame()) @ [PER_CAPACITY, 0.0, 0.0])
+    assert behind[0] == 0.0
+    assert behind[-1] == pytest.approx(CONSTANT * PER_CAPACITY * LOSS, rel=1e-2)
+
+
 def test_a_sensor_without_a_lag_is_not_behind() -> None:
     assert behind_of(heat("thermal.second_mass")) is None
 

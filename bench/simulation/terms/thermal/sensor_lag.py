@@ -39,6 +39,20 @@ def _two_grid(frame: Frame) -> tuple[Point, ...]:
     return tuple((fast, SLOWER * fast, share) for (fast,) in _grid(frame)[::2] for share in SHARES)
 
 
+def _late(x: FloatArray, rate: FloatArray | float, frame: Frame, point: Point) -> FloatArray:
+    # what the sensor has not yet read of a change since the recording began; over a row x runs straight, by its rate
+    middle = x - 0.5 * frame.step * rate
+    return x - sum(share * lag(middle, frame, constant) for constant, share in lags_of(point))
+
+
+def _reading_late(frame: Frame, point: Point) -> FloatArray:
+    above = frame.temperature - 25.0
+    by_heat = _late(integral(frame.power, frame), frame.power, frame, point)
+    by_cooling = _late(integral(above, frame), above, frame, point)
+    by_surroundings = _late(frame.elapsed, 1.0, frame, point)
+    return columns(-by_heat - frame.lead, by_cooling, -by_surroundings)
+
+
 def _two_lagging(frame: Frame, point: Point) -> FloatArray:
     (fast, of_fast), (slow, of_slow) = lags_of(point)
     late = of_fast * lag(frame.power, frame, fast) + of_slow * lag(frame.power, frame, slow)
@@ -56,9 +70,17 @@ TAU = Symbol("tau_s", "s", "time constant of the sensor", 0.0)
 TAU_2 = Symbol("tau_2", "s", "second, larger time constant of the sensor", 0.0)
 SHARE = Symbol("g", "1", "share of the second time constant", 0.0, 1.0)
 
+PER_RC = Symbol("1/(R*C)", "1/s", "one over the time constant of cooling", 0.0)
+SURROUNDINGS = Symbol("(T_amb-25)/(R*C)", "K/s", "surroundings above 25 degC over the time constant of cooling")
+
 # in a pocket, or where heat creeps along its sheath, a sensor has no one time constant
 _TWO = "dT/dt -= 1/C*(P - (1 - g)*P_1 - g*P_2), tau_s*dP_1/dt = P - P_1, tau_2*dP_2/dt = P - P_2, P: loss"
 # the sensor is late by what heats, so the heat capacity is that of the lubricant
+SETTLED = ("first_order_settled", "two_lags_settled")
+"""forms of a sensor that reads right when a recording begins: what waited long enough before it, or was set so"""
+_READS_RIGHT = (
+    "T -= D - lag(D), D: integral of 1/C*P + (T_amb-25)/(R*C) - 1/(R*C)*(T - 25 degC) in the recording so far, P: loss;"
+)
 _LAG = "dT/dt -= 1/C*(P - P_s), tau_s*dP_s/dt = P - P_s, P: loss"
 
 TERM = Term(
@@ -86,6 +108,24 @@ TERM = Term(
                 _grid,
                 remembers=True,
                 equation=f"{_LAG}, P_s goes on between recordings, with P = 0 before one that begins at rest",
+                shares=LOSS_HEATING.effect,
+            ),
+            Form(
+                SETTLED[0],
+                _reading_late,
+                (PER_C, PER_RC, SURROUNDINGS),
+                (TAU,),
+                _grid,
+                equation=f"{_READS_RIGHT} lag of first order with tau_s, from D = 0",
+                shares=LOSS_HEATING.effect,
+            ),
+            Form(
+                SETTLED[1],
+                _reading_late,
+                (PER_C, PER_RC, SURROUNDINGS),
+                (TAU, TAU_2, SHARE),
+                _two_grid,
+                equation=f"{_READS_RIGHT} lag: (1 - g) of first order with tau_s, g with tau_2, from D = 0",
                 shares=LOSS_HEATING.effect,
             ),
             Form(

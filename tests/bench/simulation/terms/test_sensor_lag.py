@@ -9,6 +9,7 @@ from bench.simulation.frame import FloatArray
 from bench.simulation.memory import integral
 from bench.simulation.terms import LIBRARY, TEMPERATURE
 from bench.simulation.terms.base import Form
+from bench.simulation.terms.thermal.sensor_lag import SETTLED, lags_of
 from tests.bench.simulation.terms.frames import ROWS, STEP_S, frame
 
 LOSS_W, CAPACITY, TAU_S = 300.0, 2.5e4, 8.0
@@ -53,3 +54,33 @@ def test_two_lags_are_the_mean_of_one_of_each_by_their_share() -> None:
     both = two.columns(heated, (TAU_S, 6.0 * TAU_S, 0.3))[:, 0]
     assert both == pytest.approx(0.7 * fast + 0.3 * slow, abs=1e-9 * np.abs(slow).max())
     assert np.ptp(slow) > 1.5 * np.ptp(fast)
+
+
+@pytest.mark.parametrize("point", [(TAU_S,), (TAU_S, 5.0 * TAU_S, 0.35)])
+def test_a_sensor_that_reads_right_at_the_start_follows_from_there(point: tuple[float, ...]) -> None:
+    """The balance by exponentials, the reading by a lag of first order that begins at the lubricant's temperature."""
+    cooling, surroundings = 1.0 / 800.0, 31.0
+    rows = frame().take(slice(0, ROWS))
+    clock = STEP_S * np.arange(rows.size, dtype=np.float64)
+    settled = surroundings + LOSS_W / CAPACITY / cooling
+    warm = settled + (24.0 - settled) * np.exp(-cooling * clock)
+    powers = np.full(rows.size, LOSS_W)
+    heated = replace(rows, time=clock, elapsed=clock, power=powers, temperature=warm)
+
+    def read(tau: float) -> FloatArray:
+        # response of a first-order lag to an exponential, from its own value
+        gain = 1.0 / (1.0 - cooling * tau)
+        return np.asarray(
+            settled + (24.0 - settled) * (gain * np.exp(-cooling * clock) + (1.0 - gain) * np.exp(-clock / tau))
+        )
+
+    reading = sum(share * read(tau) for tau, share in lags_of(point))
+    name = SETTLED[len(point) > 1]
+    form = LIBRARY["thermal.sensor_lag"].form(TEMPERATURE, name)
+    assert form is not None
+    coefficients = np.array([1.0 / CAPACITY, cooling, cooling * (surroundings - 25.0)])
+    told = warm + form.columns(heated, point) @ coefficients
+    behind = warm - reading
+    assert behind.max() > 0.05
+    assert told == pytest.approx(reading, abs=0.01 * float(behind.max()))
+    assert told[0] == pytest.approx(warm[0])
