@@ -87,6 +87,16 @@ def _lag(x: FloatArray, dt: FloatArray, starts: np.ndarray, constant: float) -> 
     return out
 
 
+@numba.njit(cache=True)
+def _followed(x: FloatArray, dt: FloatArray, starts: np.ndarray, constant: float) -> FloatArray:
+    out = np.empty(x.size)
+    for r in range(starts.size - 1):
+        a, b = starts[r], starts[r + 1]
+        out[a] = x[a]
+        lag_along(x[a + 1 : b], dt[a + 1 : b], out[a + 1 : b], x[a], x[a], constant)
+    return out
+
+
 def relaxing(
     x: FloatArray,
     frame: Frame,
@@ -194,6 +204,13 @@ def lag(x: FloatArray, frame: Frame, constant: float) -> FloatArray:
     if not isinstance(x, np.ndarray):
         return x.remembered("lag", constant)
     return np.asarray(_lag(np.ascontiguousarray(x), _apart(frame), recording_starts(frame), constant))
+
+
+def followed(x: FloatArray, frame: Frame, constant: float) -> FloatArray:
+    """First-order lag of what runs straight from row to row, from the recording's first value."""
+    if not isinstance(x, np.ndarray):
+        return x.remembered("campaign_lag", constant)
+    return np.asarray(_followed(np.ascontiguousarray(x), _apart(frame), recording_starts(frame), constant))
 
 
 def _apart(frame: Frame) -> FloatArray:

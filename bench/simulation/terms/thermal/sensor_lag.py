@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.memory import integral, lag, loss_lag
+from bench.simulation.memory import followed, integral, lag, loss_lag
 from bench.simulation.terms.base import TEMPERATURE, Form, Point, Symbol, Term, columns, logarithmic
 from bench.simulation.terms.nominal.thermal import LOSS_HEATING
 
@@ -39,18 +39,15 @@ def _two_grid(frame: Frame) -> tuple[Point, ...]:
     return tuple((fast, SLOWER * fast, share) for (fast,) in _grid(frame)[::2] for share in SHARES)
 
 
-def _late(x: FloatArray, rate: FloatArray | float, frame: Frame, point: Point) -> FloatArray:
-    # what the sensor has not yet read of a change since the recording began; over a row x runs straight, by its rate
-    middle = x - 0.5 * frame.step * rate
-    return x - sum(share * lag(middle, frame, constant) for constant, share in lags_of(point))
+def _late(x: FloatArray, frame: Frame, point: Point) -> FloatArray:
+    # what the sensor has not yet read of a change since the recording began
+    return x - sum(share * followed(x, frame, constant) for constant, share in lags_of(point))
 
 
 def _reading_late(frame: Frame, point: Point) -> FloatArray:
-    above = frame.temperature - 25.0
-    by_heat = _late(integral(frame.power, frame), frame.power, frame, point)
-    by_cooling = _late(integral(above, frame), above, frame, point)
-    by_surroundings = _late(frame.elapsed, 1.0, frame, point)
-    return columns(-by_heat - frame.lead, by_cooling, -by_surroundings)
+    by_heat = _late(integral(frame.power, frame), frame, point)
+    by_cooling = _late(integral(frame.temperature - 25.0, frame), frame, point)
+    return columns(-by_heat - frame.lead, by_cooling, -_late(frame.elapsed, frame, point))
 
 
 def _two_lagging(frame: Frame, point: Point) -> FloatArray:
