@@ -42,6 +42,10 @@ ACTS_ON, SHAFT = "acts_on", "shaft"
 """key of a row of the load torque without a name, and what it says where it turns the shaft: it is a load, and no error
 of the sensor
 """
+LOAD_INERTIA, ACCELERATED, SHAFTS = "load.inertia", "accelerated_with", "shafts"
+"""term of the load's inertia, a key of it, and what that says where the load torque follows the acceleration of both
+shafts together and not the waves of the transmission error (:mod:`bench.mismatch.recordings.followed_waves`)
+"""
 LOAD_SIDE = "load."
 """begins the ids of what turns the shaft at the torque sensor"""
 
@@ -188,6 +192,20 @@ class Given:
     def nominal_coefficients(self, named: Named) -> FloatArray | None:
         """Coefficients (k,) of a nominal term as the file has them; None where it does not say them all."""
         return _coefficients(named, self.simulation.terms.get(named.effect))
+
+
+def follows_waves(model: Simulation) -> bool:
+    """Whether a simulation's load torque follows the waves of the transmission error. Raises ConfigurationError where
+    the key that says so has another value.
+    """
+    term = model.terms.get(LOAD_INERTIA)
+    return term is None or not _says(LOAD_INERTIA, term.extra, ACCELERATED, SHAFTS)
+
+
+def with_shafts(model: Simulation) -> Simulation:
+    """A simulation whose load torque follows the acceleration of both shafts together."""
+    term = model.terms.get(LOAD_INERTIA, Term(LOAD_INERTIA))
+    return model.with_term(replace(term, extra={**term.extra, ACCELERATED: SHAFTS}))
 
 
 def _misread(model: Simulation) -> tuple[tuple[float, ...], tuple[waves.Wave, ...]]:

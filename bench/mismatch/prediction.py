@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.foreign.opening import base_of
-from bench.mismatch.given import Given, Known
+from bench.mismatch.given import Given, Known, follows_waves
 from bench.mismatch.orders.shaken import INERTIA
 from bench.mismatch.power_zeros import (
     CONSTANT,
@@ -31,10 +31,9 @@ from bench.mismatch.power_zeros import (
 )
 from bench.mismatch.recordings.beginning import START_S, at_start, risen
 from bench.mismatch.recordings.collected import Collected
-from bench.mismatch.recordings.followed_waves import folder_of
 from bench.mismatch.recordings.level import means_of_segments
 from bench.mismatch.recordings.notch import notched
-from bench.mismatch.recordings.prepared import Prepared, prepare
+from bench.mismatch.recordings.prepared import Folder, Prepared, prepare
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.recordings.source import of_one_campaign
 from bench.mismatch.regression.problem import CHANNELS, fixed_part, nominal_base
@@ -326,7 +325,7 @@ def predictions_of(
     whole = of_one_campaign(recordings) if only is None else list(recordings)
     beside = Path(model).resolve().parent if isinstance(model, str | Path) else Path.cwd()
     base = base_of(simulation.extra, beside)
-    folder = folder_of(whole, base)
+    folder = Folder.of(whole, base).following(follows_waves(simulation))
     predictor = Predictor(Given.of(simulation))
     travelled = [0.0]
     rows = Collected()

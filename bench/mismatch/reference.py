@@ -16,6 +16,7 @@ import numpy as np
 from bench.foreign.base import BY, KEY, Base
 from bench.foreign.opening import base_of, open_base
 from bench.mismatch.analysis import Analysis
+from bench.mismatch.given import LOAD_INERTIA, follows_waves, with_shafts
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.prepared import prepare
 from bench.mismatch.regression.bank import Fit
@@ -40,15 +41,25 @@ class Reference:
     simulation: Simulation
     base: Base | None = None
 
+    @property
+    def waves(self) -> bool | None:
+        """Whether the load torque follows the waves of the transmission error; None where no file says so, by the key
+        or by an inertia that was calibrated without it.
+        """
+        term = self.simulation.terms.get(LOAD_INERTIA)
+        return None if term is None or not (term.parameters or term.extra) else follows_waves(self.simulation)
+
     def given(self, data: Dataset) -> Simulation:
         """Our terms of the gearbox that was recorded, without the nominal ones of channels that a simulation from
         elsewhere predicts.
 
         In a simulation file terms stay as the file has them.
         """
+        out = self.simulation if self.kind == "model" else of_gearbox(self.simulation, data.gearbox)
+        if not data.folder.manner.follows_waves:
+            out = with_shafts(out)
         if self.kind == "model":
-            return self.simulation
-        out = of_gearbox(self.simulation, data.gearbox)
+            return out
         if self.base is None:
             return out
         for effect, term in LIBRARY.items():

@@ -66,8 +66,9 @@ def _run(
 ) -> Report:
     report_progress = progress or (lambda _what, _share: None)
     base = reference.base
-    data = load(recordings, lambda what, share: report_progress(what, 0.3 * share), jobs, base)
+    data = load(recordings, lambda what, share: report_progress(what, 0.3 * share), jobs, base, reference.waves)
     given = reference.given(data)
+    waves = data.folder.manner.follows_waves
     channels, skipped = compared_channels(data)
     report = Report(UNDETERMINED, enough(data), data, skipped=skipped)
     report.simulation = Compared(reference.kind, reference.file)
@@ -81,7 +82,7 @@ def _run(
             if base is None or not is_nonlinear(data, analysis, values_of(analysis, base)[0]):
                 break
             base = base.at(values_of(analysis, base)[0])
-            data = load(recordings, None, jobs, base)
+            data = load(recordings, None, jobs, base, waves)
             report.data = data
             analysis = analyse(data, Given.of(given, base), channels, searching)
         # what is scored is what the file will say

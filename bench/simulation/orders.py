@@ -45,5 +45,7 @@ def orders_in_doubt(gearbox: Gearbox) -> tuple[float, ...]:
     The simulation is defined for one gearbox by twenty numbers with a part beside each. Of another gearbox it does not
     say whether the numbers hold or the parts do. What is near an order of a part is that one.
     """
+    if gearbox.ratio <= 1.0:  # no gearbox: a motor that drives directly, a linear axis
+        return ()
     own = nominal_orders(gearbox)
     return tuple(f for f in nominal_orders(Gearbox()) if min(abs(f - g) for g in own) >= APART)

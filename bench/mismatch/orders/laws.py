@@ -78,14 +78,17 @@ def search(model: TransmissionModel, seed: int) -> FoundLaw | None:
     nulls = np.max([scores(p, c, drawn).total for p, c in zip(points, changes, strict=True)], axis=0)
     resounding = model.periodic is not None and any(law.effect == RESONANCE for law in model.periodic.laws)
     moved: modes.Moved | None = None
+    second = False
     if gains[best] >= tail(nulls, criteria.ERROR_RATE_OF_A_CHANNEL):
         rate = tail_rate(nulls, float(gains[best]))
     else:
-        # a strong mode has spoiled the series that the scan begins at
-        beyond = None if resounding else modes.beyond_noise(data, seed, SURROGATES, SECOND_LOOK)
+        # a strong mode spoils the series that the scan begins at
+        asked = not resounding and any(p.effect == RESONANCE for p in points)
+        beyond = modes.beyond_noise(data, factors(data), seed, SURROGATES, SECOND_LOOK) if asked else None
         if beyond is None:
             return None
         moved, rate = beyond
+        second = True
     by_effect: dict[str, int] = {}
     for k in np.argsort(-gains).tolist():
         by_effect.setdefault(points[k].effect, k)
@@ -107,6 +110,8 @@ def search(model: TransmissionModel, seed: int) -> FoundLaw | None:
             if swung is not None and moved.gain > gain_of[RESONANCE]:
                 gain_of[RESONANCE], each[RESONANCE] = moved.gain, moved.each
     effect = max(gain_of, key=lambda e: gain_of[e])
+    if second and (swung is None or effect != RESONANCE):
+        return None  # what has passed is the mode that each order moves, and nothing else
     std: tuple[float, ...] = ()
     if swung is not None and effect == RESONANCE:
         law, series, strength_std = swung

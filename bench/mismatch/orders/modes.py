@@ -19,6 +19,7 @@ from bench.mismatch import criteria
 from bench.mismatch.orders.law_scores import (
     PRIOR_REVOLUTIONS,
     Amplitudes,
+    course,
     misfit,
     resonances,
     stacked,
@@ -262,6 +263,20 @@ class Swinging:
         """Log-likelihood that a mode's two numbers cost (BIC), and how unusual its damping is."""
         return unusual(point[1]) + float(np.log(2.0 * len(self.data.time)))
 
+    def most_of(self, laws: Sequence[Law]) -> float:
+        """What the best of some laws of the form 1 + e*g gains, and the cubes of speed, temperature and time beside
+        them, less the same price.
+        """
+        data = self.data
+        states = np.column_stack([np.abs(data.x), data.time])
+        scaled = (states - states.mean(axis=0)) / np.maximum(np.ptp(states, axis=0), 1e-300)
+        cubes = [np.repeat(z[:, None] ** 3, len(data.orders), axis=1) for z in scaled.T]
+        courses = np.stack([course(law, data) for law in laws] + cubes, axis=2)
+        total = np.zeros(courses.shape[2])
+        for k, within in enumerate(self.within):
+            total += np.maximum(within.gained(courses[:, k])[:, 0], 0.0)
+        return float(total.max()) - float(np.log(2.0 * len(data.time)))
+
     def best(self, begin: Sequence[float]) -> Moved | None:
         """The mode that gains most near one; None where no order gains."""
         data, clipped = self.data, Bounds.of(self.data).clipped
@@ -299,11 +314,13 @@ def of_each(data: Amplitudes) -> Moved | None:
     return swinging.best(max(swinging.tried, key=swinging.gain))
 
 
-def beyond_noise(data: Amplitudes, seed: int, draws: int, rate: float) -> tuple[Moved, float] | None:
+def beyond_noise(
+    data: Amplitudes, others: Sequence[Law], seed: int, draws: int, rate: float
+) -> tuple[Moved, float] | None:
     """The mode of :func:`of_each` and how rarely noise alone makes one that gains as much, if more rarely than a
-    ``rate``.
+    ``rate``, and if no other law, each order with a strength of its own, says as much.
 
-    The series is not asked, which a strong mode has spoiled: the vectors are, beside whatever their polynomials are.
+    The series is not asked, which a strong mode spoils: the vectors are, beside any quadratic polynomials.
     """
     swinging = Swinging.of(data)
     gains, nulls = swinging.maxima(np.random.default_rng([seed, 6]), draws)
@@ -311,7 +328,9 @@ def beyond_noise(data: Amplitudes, seed: int, draws: int, rate: float) -> tuple[
     if gains[begin] < tail(nulls, rate):
         return None
     moved = swinging.best(swinging.tried[begin])
-    return None if moved is None else (moved, tail_rate(nulls, float(gains[begin])))
+    if moved is None or moved.gain < swinging.most_of(others) + criteria.VERY_STRONG:
+        return None
+    return moved, tail_rate(nulls, float(gains[begin]))
 
 
 @dataclass(frozen=True, slots=True)

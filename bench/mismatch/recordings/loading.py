@@ -15,7 +15,7 @@ from bench.mismatch.recordings.comparable import Comparable
 from bench.mismatch.recordings.dataset import Dataset, Member, is_linear
 from bench.mismatch.recordings.extrapolated import fitted_too
 from bench.mismatch.recordings.faulty import Faulty, nowhere_measured, of_other_sign
-from bench.mismatch.recordings.followed_waves import folder_of
+from bench.mismatch.recordings.followed_waves import NOTE, follows_waves
 from bench.mismatch.recordings.motion import slowly
 from bench.mismatch.recordings.pieces import Piece, pieces
 from bench.mismatch.recordings.prepared import Folder, prepare
@@ -31,9 +31,15 @@ SAMPLES_A_PROCESS = 8_000_000
 LEAST_SAMPLES = 50
 
 
-def load(path: Paths, progress: Progress | None = None, jobs: int = 1, base: Base | None = None) -> Dataset:
+def load(
+    path: Paths,
+    progress: Progress | None = None,
+    jobs: int = 1,
+    base: Base | None = None,
+    waves: bool | None = None,
+) -> Dataset:
     """Read a folder of recordings, or several as one, and reduce it, on ``jobs`` processes; ``base``: a simulation from
-    elsewhere.
+    elsewhere; ``waves``: whether the load torque follows those of the transmission error, where that is known.
 
     Raises RecordingError where no recording can be used, ConfigurationError where folders are no one data set.
     """
@@ -52,7 +58,8 @@ def load(path: Paths, progress: Progress | None = None, jobs: int = 1, base: Bas
     usable = _of_one_gearbox(usable, rejected)
     usable = _of_one_sign(usable, rejected)
     held, fold = split(usable)
-    parts, note = pieces(usable, held.count(False))
+    fitted = [r for r, out in zip(usable, held, strict=True) if not out]
+    parts, note = pieces(usable, len(fitted))
     called = {str(r.path): name for r, name in zip(usable, names_of(usable), strict=True)}
     if note:
         held, fold = split_blocks(parts)
@@ -66,7 +73,12 @@ def load(path: Paths, progress: Progress | None = None, jobs: int = 1, base: Bas
         notes.append("the thermometer is open or shorted in all recordings: nothing is compared with the temperature")
     if all(is_linear(r) for r in usable):
         notes.append("a linear axis: metres and newtons")
-    folder = folder_of(usable, base)
+    folder = Folder.of(usable, base)
+    if waves is None:
+        waves = follows_waves(fitted, folder)
+    if not waves:
+        folder = folder.following(waves)
+        notes.append(NOTE)
     data = Dataset([], rejected, folder, notes=notes, parts=parts)
     rows = Collected()
     travelled = 0.0

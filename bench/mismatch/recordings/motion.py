@@ -34,7 +34,8 @@ class Manner:
     share of what the torque sensor reads about a level that the load motor confirms
     (:func:`bench.mismatch.recordings.level.confirmed`); ``speed``: largest speed of the output, rad/s, by whose parts
     rows end; ``free``: no recording says what speed it was set to; ``source``: of the rates
-    (:mod:`bench.mismatch.recordings.window`).
+    (:mod:`bench.mismatch.recordings.window`); ``follows_waves``: whether the load torque follows those of the
+    transmission error (:mod:`bench.mismatch.recordings.followed_waves`).
     """
 
     standstill: float
@@ -44,7 +45,7 @@ class Manner:
     speed: float = 1.0
     free: bool = False
     source: str = ANGLE
-    waves: bool = True
+    follows_waves: bool = True
 
     @classmethod
     def of(cls, recordings: Sequence[Recording]) -> Manner:

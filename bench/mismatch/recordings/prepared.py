@@ -99,6 +99,10 @@ class Folder:
         """The folder of some recordings of one campaign, in the order in which they began."""
         return cls(recordings[0].started_at.timestamp(), Manner.of(recordings), ripple_of(recordings), base)
 
+    def following(self, waves: bool) -> Folder:
+        """The folder if its load torque follows the ``waves`` of the transmission error, or does not."""
+        return replace(self, manner=replace(self.manner, follows_waves=waves))
+
     @property
     def notch(self) -> tuple[float, ...]:
         """Orders of the load motor's ripple per output revolution."""
@@ -197,7 +201,7 @@ def prepare(
     q = load if "load_angle" in signals else theta
     _, q_rate, q_acceleration = smoothed(q, span, runs)
     turning = [piece for piece in runs.pieces or [slice(0, n)] if np.all(steady[piece] > 0.5)]
-    if not manner.waves and "motor_angle" in signals:
+    if not manner.follows_waves:
         q_acceleration = smoothed(theta, WINDOWS_S[-1], runs)[2]
     elif "motor_angle" in signals and "load_angle" in signals:
         chosen = _quieter(q_acceleration, acceleration / ratio)

@@ -93,11 +93,11 @@ def split(recordings: Sequence[Recording]) -> tuple[list[bool], list[int]]:
             continue
         # repeats of a point tell the noise: points with repeats stay in training
         single = [p for p in members if sum(q == p for q in points) == 1 or len(members) < 6]
-        single = single if len(single) >= 3 else members  # where all points are repeated, some go with their repeats
         enough = kind == "constant_velocity" and validation >= 5
         share = HELD_OUT_BESIDE_VALIDATION if enough else HELD_OUT_SHARE
         number = max(1, round(share * len(members)))
-        chosen.update(_spread(single, min(number, len(single))))
+        # where too few stand alone, some go with their repeats
+        chosen.update(_spread(single if len(single) >= max(number, 3) else members, number))
     held = [h or points[i] in chosen for i, h in enumerate(held)]
     folds: dict[_Point, int] = {}
     fold = [folds.setdefault(points[i], len(folds)) if not held[i] else -1 for i in range(len(points))]

@@ -81,9 +81,9 @@ def location_of(discovery: Discovery, outcome: ChannelOutcome, data: Dataset) ->
     depends = tuple(name for name in RANGES if any(v.range == name for v in quantities))
     frame, usable = outcome.rows.frame, outcome.usable & (outcome.rows.number > 0)
     # what the recordings cover that are compared: of some their starts are not
-    covered = np.isin(frame.recording, np.unique(frame.recording[usable]))
+    covered = np.isin(frame.recording, np.unique(frame.recording[usable])) & (outcome.rows.number > 0)
     span = {name: _span(levels(frame, name)[covered]) for name in RANGES}
-    ranges = span | _ranges(discovery, outcome, energies, depends)
+    ranges = span | _ranges(discovery, outcome, energies, depends, covered)
     weight = np.where(usable, outcome.rows.number, 0.0)
     beyond = _beyond(discovery, ranges)
     swinging = _with_swings(discovery, outcome, energies, data)
@@ -121,12 +121,18 @@ def _energy(discovery: Discovery, outcome: ChannelOutcome) -> FloatArray:
 
 
 def _ranges(
-    discovery: Discovery, outcome: ChannelOutcome, energies: FloatArray, depends: Sequence[str]
+    discovery: Discovery,
+    outcome: ChannelOutcome,
+    energies: FloatArray,
+    depends: Sequence[str],
+    covered: NDArray[np.bool_],
 ) -> dict[str, Range]:
-    """Smallest ranges of the quantities a discovery depends on, that together hold nine tenths of its energy."""
+    """Smallest ranges of the quantities a discovery depends on, that together hold nine tenths of its energy; of one
+    side of a limit all that rows of the recordings have that are ``covered`` (n,).
+    """
     frame = outcome.rows.frame
     if discovery.side is not None:
-        return _of_side(*discovery.side, frame, outcome.usable & (outcome.rows.number > 0))
+        return _of_side(*discovery.side, frame, covered)
     step = STEPS.get(discovery.effect) if discovery.status == NAMED else None
     if step is not None:
         weight = np.where(outcome.usable, outcome.rows.number, 0.0)

@@ -11,8 +11,8 @@ from bench.simulation.frame import FloatArray
 
 ROUNDING = 1e-9
 """relative: energies that differ by less are the same"""
-CUTS = 10
-"""ways to divide what a box may leave out between one quantity and the others"""
+CUTS = {1: 1, 2: 10, 3: 4}
+"""ways to divide what a box may leave out between one quantity and the others, by the number of quantities"""
 NARROW = 0.01
 """of the range of a quantity: narrower intervals are not worth that another quantity's gets wider"""
 
@@ -39,7 +39,7 @@ def interval(values: FloatArray, energy: FloatArray, least: float) -> tuple[floa
 
 
 def box(values: Mapping[str, FloatArray], energy: FloatArray, share: float) -> dict[str, tuple[float, float]]:
-    """The smallest intervals of several quantities that together hold a ``share`` of some energy.
+    """The smallest intervals of several quantities, of those tried, that together hold a ``share`` of some energy.
 
     ``values`` (n,) of each quantity and ``energy`` (n,) of the rows. The smallest have the least product of widths,
     each relative to all that the rows with energy have. Empty where there is no energy.
@@ -49,28 +49,34 @@ def box(values: Mapping[str, FloatArray], energy: FloatArray, share: float) -> d
         return {}
     inside = {name: each[acting] for name, each in values.items()}
     held, total = energy[acting], float(energy[acting].sum())
-    boxes = [found for order in permutations(inside) for found in _boxes(inside, order, held, total, share)]
+    cuts = CUTS[len(values)] if values else 1
+    boxes = [found for order in permutations(inside) for found in _boxes(inside, order, held, (total, share), cuts)]
     return min(boxes, key=lambda found: _size(found, inside))
 
 
 def _boxes(
-    values: Mapping[str, FloatArray], order: tuple[str, ...], energy: FloatArray, total: float, share: float
+    values: Mapping[str, FloatArray],
+    order: tuple[str, ...],
+    energy: FloatArray,
+    wanted: tuple[float, float],
+    cuts: int,
 ) -> list[dict[str, tuple[float, float]]]:
-    """Boxes that hold a ``share`` of a ``total``: the first quantity of an ``order`` leaves out so much, the others the
-    rest of what may be left out.
+    """Boxes that hold a share of a total (``wanted``: total, share): the first quantity of an ``order`` leaves out one
+    of so many ``cuts`` of what may be left out, the others the rest.
     """
+    total, share = wanted
     if not order:
         return [{}]
     name, *others = order
     # the last takes all that is left to leave out
-    levels = np.linspace(share, 1.0, CUTS + 1) if others else [share]
+    levels = np.linspace(share, 1.0, cuts + 1) if others else [share]
     out = []
     for level in levels:
         found = interval(values[name], energy, float(level) * total)
         if found is None:
             continue
         within = np.where((values[name] >= found[0]) & (values[name] <= found[1]), energy, 0.0)
-        out += [{name: found} | rest for rest in _boxes(values, tuple(others), within, total, share)]
+        out += [{name: found} | rest for rest in _boxes(values, tuple(others), within, wanted, cuts)]
     return out
 
 

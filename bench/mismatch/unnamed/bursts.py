@@ -33,7 +33,7 @@ MOST_LOUDEST = 5
 """blocks that are asked together: what knocks or sticks does so again and again, each time hardly beyond noise"""
 SCATTER_MORE = 1.7
 """times as much as all blocks that those of a like speed scatter, from which their own scatter is taken: of fifteen
-blocks the median absolute deviation is known to a quarter
+blocks the median absolute deviation is known to a third
 """
 LEAST_LOUDER = 2.0
 """mean square over that of other blocks from which a block counts as louder, whatever its chance"""

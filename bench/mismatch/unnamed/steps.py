@@ -20,6 +20,8 @@ from bench.simulation.frame import FloatArray, IntArray
 
 SIDES = 2
 """bins before and after a step whose means are compared: a stay that is shorter is a spike"""
+FEWEST_STEPS = 2 * (2 * SIDES - 1) + 1
+"""steps of a piece of which one jump, which shows in three of them, is less than half"""
 SURROGATES = 200
 MOST_ALIKE = 0.99
 """correlation from bin to bin of noise that is drawn"""
@@ -69,8 +71,8 @@ def steps(search: Search, seed: int = 0) -> Steps | None:
 
 
 def _steps(values: FloatArray, seen: NDArray[np.bool_]) -> FloatArray:
-    """Mean of the next bins less that of the last ones at each bin (pieces, bins), about the piece's median: a drift is
-    no step. nan where one of them is missing.
+    """Mean of the next bins less that of the last ones at each bin (pieces, bins), about the piece's median where that
+    is no step's: a drift is none. nan where one of them is missing.
     """
     shown = np.where(seen, values, np.nan)
     step = np.full(values.shape, np.nan)
@@ -78,14 +80,15 @@ def _steps(values: FloatArray, seen: NDArray[np.bool_]) -> FloatArray:
     before = sum(shown[:, SIDES - 1 - k : last - 1 - k] for k in range(SIDES))
     after = sum(shown[:, SIDES + k : last + k] for k in range(SIDES))
     step[:, SIDES:last] = (after - before) / SIDES
-    return step - _medians(step)[:, None]
+    long = np.isfinite(step).sum(axis=1) >= FEWEST_STEPS
+    return step - np.where(long, _medians(step), 0.0)[:, None]
 
 
 def _usual(step: FloatArray) -> FloatArray:
     """Usual size of a step in each piece (pieces,), by the median; no less than in the median piece, for few steps tell
     it badly.
     """
-    each = 1.4826 * _medians(np.abs(step))
+    each = 1.4826 * _medians(np.abs(step - _medians(step)[:, None]))
     return np.asarray(np.fmax(each, np.nanmedian(each)))
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
+import pytest
+
 from bench.mismatch.recordings.split import _leverage, _spread, none_spared, split
 
 FORWARD = [("constant_velocity", load, 0.1, 8.0, -1) for load in (-900.0, -500.0, 0.0, 500.0, 900.0)]
@@ -66,9 +68,12 @@ def test_it_is_said_why_nothing_is_held_out() -> None:
     assert said.startswith("nothing could be held out: 10 recordings of kind 'free' at 2 operating points; it takes 6")
 
 
-def test_hardly_a_point_stands_alone() -> None:
-    """Twenty points, all but three of them repeated: no more are held out than stand alone."""
-    repeated = [recorded("constant_velocity", 100.0 * k) for k in range(17)]
-    held, _ = split([*repeated, *repeated, *(recorded("constant_velocity", 50.0 + 100.0 * k) for k in range(3))])
-    assert not any(held[:34])
-    assert all(held[34:])
+@pytest.mark.parametrize("alone", [0, 1, 2, 3, 4, 5])
+def test_where_few_points_stand_alone_others_are_held_out_with_their_repeats(alone: int) -> None:
+    """Twenty points; a fifth of them is held out, whichever."""
+    repeated = [recorded("constant_velocity", 100.0 * k) for k in range(20 - alone)]
+    single = [recorded("constant_velocity", 50.0 + 100.0 * k) for k in range(alone)]
+    points = [*repeated, *repeated, *single]
+    held, _ = split(points)
+    assert len({p.setpoint.load_torque for p, out in zip(points, held, strict=True) if out}) == 4
+    assert any(held[: 2 * len(repeated)]) is (alone < 4)

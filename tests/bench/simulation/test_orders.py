@@ -37,3 +37,4 @@ def test_numbers_of_the_list_are_in_doubt_where_the_teeth_say_otherwise() -> Non
         f for f in PAPER_ORDERS if f not in OUTPUT_SHAFT
     )
     assert 12.0 not in orders_in_doubt(Gearbox(100.0, None, None, None, 12))
+    assert orders_in_doubt(Gearbox(1.0, None, None, None, None)) == ()

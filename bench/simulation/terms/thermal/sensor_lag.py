@@ -108,6 +108,16 @@ TERM = Term(
                 shares=LOSS_HEATING.effect,
             ),
             Form(
+                "two_lags_kept",
+                _two_lagging_on,
+                (PER_C,),
+                (TAU, TAU_2, SHARE),
+                _two_grid,
+                remembers=True,
+                equation=f"{_TWO}, P_1 and P_2 go on between recordings, with P = 0 before one that begins at rest",
+                shares=LOSS_HEATING.effect,
+            ),
+            Form(
                 SETTLED[0],
                 _reading_late,
                 (PER_C, PER_RC, SURROUNDINGS),
@@ -132,16 +142,6 @@ TERM = Term(
                 (TAU, TAU_2, SHARE),
                 _two_grid,
                 equation=f"{_TWO}, P_1 = P_2 = P at the start of each recording",
-                shares=LOSS_HEATING.effect,
-            ),
-            Form(
-                "two_lags_kept",
-                _two_lagging_on,
-                (PER_C,),
-                (TAU, TAU_2, SHARE),
-                _two_grid,
-                remembers=True,
-                equation=f"{_TWO}, P_1 and P_2 go on between recordings, with P = 0 before one that begins at rest",
                 shares=LOSS_HEATING.effect,
             ),
         )

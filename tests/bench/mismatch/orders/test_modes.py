@@ -11,7 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.signal import freqs
 
-from bench.mismatch.orders.law_scores import Amplitudes
+from bench.mismatch.orders.law_scores import Amplitudes, factors
 from bench.mismatch.orders.modes import Bounds, begun, beyond_noise, refined
 from bench.mismatch.orders.revolutions import Revolution
 from bench.mismatch.orders.series import calibrate
@@ -133,7 +133,7 @@ def test_a_strong_mode_is_told_from_noise_by_the_vectors_alone() -> None:
     swing = (frequency / 7.3) ** 2 / (1.0 - (frequency / 7.3) ** 2 + 0.12j * frequency / 7.3)
     vectors = data.vectors.copy()
     vectors[:, moved] *= 1.0 + 0.6 * np.exp(1j) * swing
-    found = beyond_noise(replace(data, vectors=vectors), 0, 60, 0.002)
+    found = beyond_noise(replace(data, vectors=vectors), factors(data), 0, 60, 0.002)
     assert found is not None
     moving, p_value = found
     assert moving.law.orders == (46.0, 92.0)
@@ -144,4 +144,14 @@ def test_a_strong_mode_is_told_from_noise_by_the_vectors_alone() -> None:
 @pytest.mark.parametrize("seed", range(8))
 def test_noise_moves_no_mode(seed: int) -> None:
     _, data = passed("second_order", 7.3, 0.1, 0.0, seed)
-    assert beyond_noise(data, seed, 60, 0.002) is None
+    assert beyond_noise(data, factors(data), seed, 60, 0.002) is None
+
+
+@pytest.mark.parametrize("quantity", ["temperature", "speed"])
+def test_amplitudes_that_follow_another_function_are_no_mode(quantity: str) -> None:
+    """Of the third power, which no polynomial of the series says."""
+    _, data = passed("second_order", 7.3, 0.1, 0.0, 2)
+    value = data.x[:, 2] if quantity == "temperature" else np.abs(data.x[:, 1])
+    scaled = (value - value.mean()) / np.ptp(value)
+    vectors = data.vectors * (1.0 + 2.0 * scaled[:, None] ** 3)
+    assert beyond_noise(replace(data, vectors=vectors), factors(data), 0, 60, 0.002) is None
