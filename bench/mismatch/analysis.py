@@ -286,22 +286,23 @@ def behind_of(model: ChannelModel) -> FloatArray | None:
     the mean of two by their shares). A sensor that reads right when a recording begins is behind by what it lacks.
     """
     frame = model.problem.rows.frame
-    out: FloatArray | None = None
+    parts: list[FloatArray] = []
     for chosen in model.chosen:
         regressor = chosen.main.regressor
         if chosen.effect == LAG and isinstance(regressor, Named):
             coefficients = model.fit.of(chosen.main.indices)[0]
             if regressor.form.name in SETTLED:
-                lacking = np.asarray(regressor.columns(frame) @ coefficients)
-                out = -lacking if out is None else out - lacking
-                continue
-            per_capacity = float(coefficients[0])
-            for constant, share in lags_of(regressor.point):
+                parts.append(-np.asarray(regressor.columns(frame) @ coefficients))
+            else:
                 kept = regressor.form.remembers
-                late = loss_lag(frame, constant) if kept else lag(frame.power, frame, constant)
-                followed = share * constant * per_capacity * late
-                out = followed + (0.0 if out is None else out)
-    return out
+                parts += [
+                    share
+                    * constant
+                    * float(coefficients[0])
+                    * (loss_lag(frame, constant) if kept else lag(frame.power, frame, constant))
+                    for constant, share in lags_of(regressor.point)
+                ]
+    return np.sum(parts, axis=0) if parts else None
 
 
 def _misread(out: Analysis) -> frozenset[float]:

@@ -194,7 +194,7 @@ class Given:
         return _coefficients(named, self.simulation.terms.get(named.effect))
 
 
-def follows_waves(model: Simulation) -> bool:
+def says_waves(model: Simulation) -> bool:
     """Whether a simulation's load torque follows the waves of the transmission error. Raises ConfigurationError where
     the key that says so has another value.
     """

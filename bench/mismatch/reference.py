@@ -16,7 +16,7 @@ import numpy as np
 from bench.foreign.base import BY, KEY, Base
 from bench.foreign.opening import base_of, open_base
 from bench.mismatch.analysis import Analysis
-from bench.mismatch.given import LOAD_INERTIA, follows_waves, with_shafts
+from bench.mismatch.given import LOAD_INERTIA, says_waves, with_shafts
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.prepared import prepare
 from bench.mismatch.regression.bank import Fit
@@ -47,7 +47,7 @@ class Reference:
         or by an inertia that was calibrated without it.
         """
         term = self.simulation.terms.get(LOAD_INERTIA)
-        return None if term is None or not (term.parameters or term.extra) else follows_waves(self.simulation)
+        return None if term is None or not (term.parameters or term.extra) else says_waves(self.simulation)
 
     def given(self, data: Dataset) -> Simulation:
         """Our terms of the gearbox that was recorded, without the nominal ones of channels that a simulation from
@@ -58,9 +58,7 @@ class Reference:
         out = self.simulation if self.kind == "model" else of_gearbox(self.simulation, data.gearbox)
         if not data.folder.manner.follows_waves:
             out = with_shafts(out)
-        if self.kind == "model":
-            return out
-        if self.base is None:
+        if self.kind == "model" or self.base is None:
             return out
         for effect, term in LIBRARY.items():
             if term.nominal and set(term.forms) & data.simulated:

@@ -10,7 +10,7 @@ import numpy as np
 
 from bench.errors import ConfigurationError
 from bench.foreign.opening import base_of
-from bench.mismatch.given import Given, follows_waves
+from bench.mismatch.given import Given, says_waves
 from bench.mismatch.prediction import Predictor
 from bench.mismatch.recordings.beginning import at_start
 from bench.mismatch.recordings.collected import Collected
@@ -67,7 +67,7 @@ class Predicting:
         base = base_of(simulation.extra, model.resolve().parent)
         given = Given.of(simulation)
         self._predictor = Predictor(given)
-        self._folder = Folder.of(first, base).following(follows_waves(simulation))
+        self._folder = Folder.of(first, base).following(says_waves(simulation))
         self._rows, self._travelled, self._number = Collected(), 0.0, 0
         waves = [wave.order for channel_waves in given.waves.values() for wave in channel_waves]
         self.orders = looked_at_orders([*given.orders, *waves])

@@ -67,7 +67,8 @@ def search(model: TransmissionModel, seed: int) -> FoundLaw | None:
     if data is None:
         return None
     white, flat = whitened(data)
-    points = [p for p in (*resonances(data), *factors(data)) if _driven(data, p.variables[0])]
+    others = factors(data)
+    points = [p for p in (*resonances(data), *others) if _driven(data, p.variables[0])]
     if not points:
         return None
     changes = changes_of(data, white, points)
@@ -78,17 +79,16 @@ def search(model: TransmissionModel, seed: int) -> FoundLaw | None:
     nulls = np.max([scores(p, c, drawn).total for p, c in zip(points, changes, strict=True)], axis=0)
     resounding = model.periodic is not None and any(law.effect == RESONANCE for law in model.periodic.laws)
     moved: modes.Moved | None = None
-    second = False
     if gains[best] >= tail(nulls, criteria.ERROR_RATE_OF_A_CHANNEL):
         rate = tail_rate(nulls, float(gains[best]))
     else:
         # a strong mode spoils the series that the scan begins at
         asked = not resounding and any(p.effect == RESONANCE for p in points)
-        beyond = modes.beyond_noise(data, factors(data), seed, SURROGATES, SECOND_LOOK) if asked else None
+        beyond = modes.beyond_noise(data, others, seed, SURROGATES, SECOND_LOOK) if asked else None
         if beyond is None:
             return None
         moved, rate = beyond
-        second = True
+    second = moved is not None
     by_effect: dict[str, int] = {}
     for k in np.argsort(-gains).tolist():
         by_effect.setdefault(points[k].effect, k)

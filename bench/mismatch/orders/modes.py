@@ -257,11 +257,26 @@ class Swinging:
 
     def gain(self, point: Sequence[float]) -> float:
         """What all orders gain, less the price of the mode's numbers."""
-        return float(np.sum(np.maximum(self.each(point), 0.0))) - self.price(point)
+        return self._net(self.each(point), point)
+
+    def _net(self, each: FloatArray, point: Sequence[float]) -> float:
+        return float(np.sum(np.maximum(each, 0.0))) - self.price(point)
 
     def price(self, point: Sequence[float]) -> float:
-        """Log-likelihood that a mode's two numbers cost (BIC), and how unusual its damping is."""
-        return unusual(point[1]) + float(np.log(2.0 * len(self.data.time)))
+        """Log-likelihood that a mode's two numbers cost, and how unusual its damping is."""
+        return unusual(point[1]) + self.of_numbers
+
+    @property
+    def of_numbers(self) -> float:
+        """Log-likelihood that two numbers cost (BIC)."""
+        return float(np.log(2.0 * len(self.data.time)))
+
+    def _of_all(self, courses: Complex, noise: Sequence[Complex | None]) -> FloatArray:
+        """What all orders gain by some ``courses`` (revolutions, orders, courses), in their vectors and in draws of
+        ``noise``, one array (revolutions, draws) an order: (courses, 1 + draws).
+        """
+        each = (w.gained(courses[:, k], n) for k, (w, n) in enumerate(zip(self.within, noise, strict=True)))
+        return np.asarray(sum(np.maximum(gained, 0.0) for gained in each))
 
     def most_of(self, laws: Sequence[Law]) -> float:
         """What the best of some laws of the form 1 + e*g gains, and the cubes of speed, temperature and time beside
@@ -272,10 +287,7 @@ class Swinging:
         scaled = (states - states.mean(axis=0)) / np.maximum(np.ptp(states, axis=0), 1e-300)
         cubes = [np.repeat(z[:, None] ** 3, len(data.orders), axis=1) for z in scaled.T]
         courses = np.stack([course(law, data) for law in laws] + cubes, axis=2)
-        total = np.zeros(courses.shape[2])
-        for k, within in enumerate(self.within):
-            total += np.maximum(within.gained(courses[:, k])[:, 0], 0.0)
-        return float(total.max()) - float(np.log(2.0 * len(data.time)))
+        return float(self._of_all(courses, [None] * len(self.within)).max()) - self.of_numbers
 
     def best(self, begin: Sequence[float]) -> Moved | None:
         """The mode that gains most near one; None where no order gains."""
@@ -289,19 +301,15 @@ class Swinging:
         strength = np.zeros(len(self.within), dtype=np.complex128)
         for k in taking:
             strength[k] = self.within[k].strength(swings[:, k])
-        orders = tuple(data.orders[k] for k in taking)
-        law = Law(
-            RESONANCE, self.form, point, self.gain(point), orders, strength, ("speed",), data.reference, data.orders
-        )
-        return Moved(law, self.gain(point), np.maximum(gains, 0.0))
+        orders, gain = tuple(data.orders[k] for k in taking), self._net(gains, point)
+        law = Law(RESONANCE, self.form, point, gain, orders, strength, ("speed",), data.reference, data.orders)
+        return Moved(law, gain, np.maximum(gains, 0.0))
 
     def maxima(self, rng: np.random.Generator, draws: int) -> tuple[FloatArray, FloatArray]:
         """What each mode that is tried gains in the vectors (modes,), and the best of them all in draws of noise."""
-        total = np.zeros((len(self.tried), draws + 1))
         courses = np.stack([self.swings(point) for point in self.tried], axis=2)
-        for k, within in enumerate(self.within):
-            noise = rng.normal(size=(2, len(self.data.time), draws))
-            total += np.maximum(within.gained(courses[:, k], noise[0] + 1j * noise[1]), 0.0)
+        drawn = [rng.normal(size=(2, len(self.data.time), draws)) for _ in self.within]
+        total = self._of_all(courses, [real + 1j * imaginary for real, imaginary in drawn])
         total -= np.array([self.price(point) for point in self.tried])[:, None]
         return total[:, 0], np.max(total[:, 1:], axis=0)
 

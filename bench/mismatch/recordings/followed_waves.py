@@ -14,7 +14,8 @@ from dataclasses import replace
 import numpy as np
 
 from bench.errors import RecordingError
-from bench.mismatch.recordings.prepared import Folder, prepare
+from bench.mismatch.recordings.prepared import Folder, of_both_shafts, prepare, runs_of
+from bench.mismatch.recordings.window import spread_over
 from bench.recording import Recording
 from bench.simulation.frame import FloatArray
 
@@ -49,30 +50,28 @@ def follows_waves(recordings: Sequence[Recording], folder: Folder) -> bool:
     if len(usable) < FEWEST:
         return True
     # without a simulation from elsewhere: its result is kept for the acceleration that it is given first
-    with_waves, without = (
-        replace(folder, base=None, manner=replace(folder.manner, follows_waves=follows)) for follows in (True, False)
-    )
-    spread = np.unique(np.linspace(0.0, len(usable) - 1.0, min(ASKED, len(usable))).round().astype(int))
-    asked = [_moving(usable[i], with_waves, without) for i in spread]
+    alone = replace(folder, base=None)
+    asked = [_moving(recording, alone) for recording in spread_over(usable, ASKED)]
     shown = [each for each in asked if each is not None]
     return len(shown) < FEWEST or are_followed(shown)
 
 
-def _moving(recording: Recording, *folders: Folder) -> tuple[FloatArray, ...] | None:
-    """Torque beyond what the load motor reports, and the load's acceleration (n,) as each of some folders has it, where
-    a recording moves, starts and stops among it: without those an inertia is not told. Each beyond friction and a
+def _moving(recording: Recording, folder: Folder) -> tuple[FloatArray, ...] | None:
+    """Torque beyond what the load motor reports, the acceleration of the output and that of both shafts together (n,)
+    where a recording moves, starts and stops among it: without those an inertia is not told. Each beyond friction and a
     straight line; None where there is too little of it.
     """
     try:
-        parts = [prepare(recording, 0, folder) for folder in folders]
+        part = prepare(recording, 0, folder)
     except RecordingError:
         return None  # who reads the folder says why this one cannot be read
-    frame, measured = parts[0].frame, parts[0].measured["load_torque"]
-    rows = (measured.number > 0) & (frame.direction != 0) & ~parts[0].corner
+    frame, measured = part.frame, part.measured["load_torque"]
+    rows = (measured.number > 0) & (frame.direction != 0) & ~part.corner
     known = np.column_stack([np.ones(frame.size), frame.direction, frame.elapsed])[rows]
     if len(known) <= 2 * known.shape[1]:
         return None
-    columns = (measured.mean - frame.load_motor_torque, *(part.frame.load_acceleration for part in parts))
+    runs = runs_of(frame.elapsed, part.sample_rate, folder.manner.smoothing, frame.steady, part.label)
+    columns = (measured.mean - frame.load_motor_torque, frame.load_acceleration, of_both_shafts(frame.theta, runs))
     return tuple(c[rows] - known @ np.linalg.lstsq(known, c[rows], rcond=None)[0] for c in columns)
 
 

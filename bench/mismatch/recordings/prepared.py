@@ -190,7 +190,7 @@ def prepare(
     n = time.size
     motor, load = signals.mean("motor_angle"), signals.mean("load_angle")
     label, steady = _segments(recording, thinning)
-    runs = Runs.of(time, rate, span, np.where(steady > 0.5, label, -1))
+    runs = runs_of(time, rate, span, steady, label)
     how = Rates(span, manner.source if "motor_velocity" in signals else ANGLE)
     if "motor_angle" not in signals:
         how = Rates(span, VELOCITY)
@@ -202,7 +202,7 @@ def prepare(
     _, q_rate, q_acceleration = smoothed(q, span, runs)
     turning = [piece for piece in runs.pieces or [slice(0, n)] if np.all(steady[piece] > 0.5)]
     if not manner.follows_waves:
-        q_acceleration = smoothed(theta, WINDOWS_S[-1], runs)[2]
+        q_acceleration = of_both_shafts(theta, runs)
     elif "motor_angle" in signals and "load_angle" in signals:
         chosen = _quieter(q_acceleration, acceleration / ratio)
         motor_moves = None if chosen is q_acceleration else theta
@@ -303,6 +303,18 @@ def prepare(
     kind = recording.kind
     parts = (measured, swept, leaning, angle, label, corner, dead, taken, simulated, signals.faulty)
     return Prepared(kind, rate, frame, thinning, *parts)
+
+
+def runs_of(time: FloatArray, rate: float, span: float, steady: FloatArray, label: IntArray) -> Runs:
+    """Pieces of a recording in which angles may be smoothed over ``span`` s: between lost cycles, and within segments
+    of steady motion (n,) by their ``label``.
+    """
+    return Runs.of(time, rate, span, np.where(steady > 0.5, label, -1))
+
+
+def of_both_shafts(theta: FloatArray, runs: Runs) -> FloatArray:
+    """Acceleration (n,), rad/s², that motor and output have together, without waves of the transmission error."""
+    return smoothed(theta, WINDOWS_S[-1], runs)[2]
 
 
 def _of_lubricant(read: FloatArray, time: FloatArray, rate: float) -> FloatArray:

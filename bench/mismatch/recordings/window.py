@@ -60,8 +60,7 @@ def best_rates(recordings: Sequence[Recording], standstill: float) -> Rates | No
     """
     usable = [r for r in recordings if {"motor_angle", "motor_torque"} <= set(r.specs) and r.size > 1]
     wanted = max(FEWEST_RECORDINGS, MOST_SAMPLES * len(usable) // max(1, sum(r.size for r in usable)))
-    spread = np.linspace(0.0, len(usable) - 1.0, min(wanted, len(usable))).round().astype(int)
-    chosen = [usable[i] for i in np.unique(spread)]
+    chosen = spread_over(usable, wanted)
     if not chosen:
         return None
     found = _best([Rates(span) for span in SHORT_S], chosen, standstill)
@@ -71,6 +70,12 @@ def best_rates(recordings: Sequence[Recording], standstill: float) -> Rates | No
     as_recorded = Rates(max(SHORT_S[0], SAMPLES_AS_RECORDED / fastest), RECORDED)
     other = _best([as_recorded, *(Rates(span, VELOCITY) for span in SHORT_S)], chosen, standstill)
     return other[0] if other is not None and AS_GOOD * other[1] < found[1] else found[0]
+
+
+def spread_over(recordings: Sequence[Recording], most: int) -> list[Recording]:
+    """So many of some recordings at most, spread evenly."""
+    spread = np.linspace(0.0, len(recordings) - 1.0, min(most, len(recordings))).round().astype(int)
+    return [recordings[i] for i in np.unique(spread)]
 
 
 def _best(hows: Sequence[Rates], recordings: Sequence[Recording], standstill: float) -> tuple[Rates, float] | None:

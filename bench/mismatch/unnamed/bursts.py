@@ -2,9 +2,8 @@
 
 The logarithm of a block's mean square has a spread of its own, by the noise and by the speed; it is taken from the
 blocks themselves (median absolute deviation; of those of a like speed where these scatter far more than all), about the
-median of the blocks of a like speed. With its loudest row no
-louder than the next a block has to be loud as well. Blocks are of steady motion: starts, reversals and ramps have
-dynamics that no simulation of the slow physics claims.
+median of the blocks of a like speed. With its loudest row no louder than the next a block has to be loud as well.
+Blocks are of steady motion: starts, reversals and ramps have dynamics that no simulation of the slow physics claims.
 """
 
 from __future__ import annotations

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from bench.errors import ConfigurationError
-from bench.mismatch.given import follows_waves as file_follows_waves
-from bench.mismatch.given import with_shafts
+from bench.mismatch.given import says_waves, with_shafts
 from bench.mismatch.prediction import predict, predict_all
 from bench.mismatch.recordings import loading
 from bench.mismatch.recordings.followed_waves import FEWEST, NOTE, are_followed, follows_waves
@@ -113,7 +112,7 @@ def test_a_recording_alone_is_predicted_as_among_all(tmp_path: Path) -> None:
 def test_another_value_of_the_key_is_refused() -> None:
     term = Term("load.inertia", extra={"accelerated_with": "shaft"})
     with pytest.raises(ConfigurationError, match="'accelerated_with': 'shaft' in a row, it should be 'shafts'"):
-        file_follows_waves(Simulation.nominal().with_term(term))
+        says_waves(Simulation.nominal().with_term(term))
 
 
 def test_waves_that_nothing_shows_are_believed() -> None:

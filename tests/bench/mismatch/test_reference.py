@@ -7,7 +7,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
-from bench.mismatch.given import Given, follows_waves
+from bench.mismatch.given import Given, says_waves
 from bench.mismatch.reference import open_reference
 from bench.recording.header import Gearbox
 from bench.simulation.model import Simulation
@@ -53,6 +53,6 @@ def test_what_the_recordings_say_of_waves_stands_in_the_simulation(tmp_path: Pat
             reference = open_reference(simulation, tmp_path)
             assert reference.waves is None
             given = reference.given(data)
-            assert follows_waves(given) is follows
+            assert says_waves(given) is follows
     given.save(file)
     assert open_reference(file, tmp_path).waves is False

@@ -6,6 +6,9 @@ from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.memory import integral
 from bench.simulation.terms.base import TEMPERATURE, Form, Point, Symbol, Term, columns
 
+PER_C = Symbol("1/C", "K/J", "one over the heat capacity", 0.0)
+PER_RC = Symbol("1/(R*C)", "1/s", "one over the time constant", 0.0)
+SURROUNDINGS = Symbol("(T_amb-25)/(R*C)", "K/s", "surroundings above 25 degC over the time constant")
 REFERENCE = "heat balance of the nominal simulation"
 
 
@@ -29,7 +32,7 @@ LOSS_HEATING = Term(
             Form(
                 "nominal",
                 _heating,
-                (Symbol("1/C", "K/J", "one over the heat capacity", 0.0),),
+                (PER_C,),
                 equation="dT/dt += 1/C*abs(tau_m*w_m - tau*dq/dt)",
             ),
         )
@@ -48,10 +51,7 @@ CONVECTION = Term(
             Form(
                 "nominal",
                 _convection,
-                (
-                    Symbol("1/(R*C)", "1/s", "one over the time constant", 0.0),
-                    Symbol("(T_amb-25)/(R*C)", "K/s", "surroundings above 25 degC over the time constant"),
-                ),
+                (PER_RC, SURROUNDINGS),
                 equation="dT/dt += (T_amb-25)/(R*C) - 1/(R*C)*(T - 25 degC)",
             ),
         )
