@@ -25,6 +25,7 @@ from bench.mismatch.power_zeros import chosen as zeros_chosen
 from bench.mismatch.prediction import corrected
 from bench.mismatch.problems import capacity_of, periodicity_of, problem_of, usable, wandering_zero
 from bench.mismatch.recordings.dataset import Dataset
+from bench.mismatch.recordings.read_again import finely
 from bench.mismatch.recordings.rows import HEAT_S, Rows
 from bench.mismatch.regression.bank import Fit
 from bench.mismatch.regression.candidates import ROTATING
@@ -39,6 +40,7 @@ from bench.mismatch.regression.slots import Slot
 from bench.mismatch.regression.slow_noise import of_a_row
 from bench.mismatch.regression.state import Search
 from bench.mismatch.transmission import Task, ask_for_tone
+from bench.mismatch.unnamed.ring_down import FINE_S, Finely, RingDown, ring_down, to_read
 from bench.mismatch.unnamed.structure import examine
 from bench.mismatch.who_reads_wrong import as_reported, mark, mark_load, of_load_motor, of_shaft, on_shaft
 from bench.simulation.frame import FloatArray
@@ -219,10 +221,28 @@ def _outcome(
             found = torque_discoveries(without_shaking(seen, inertia_of(search.model)), seed)
         outcome.discoveries += found
     # what is left is tested on what the channel's own rows are fitted best by
-    examine(outcome, replace(search, model=search.model.by_itself()), data.density.get(channel, ()), seed)
+    alone = replace(search, model=search.model.by_itself())
+    rings = None if channel == TEMPERATURE or data.linear else _rings(data, given, alone, reaction)
+    examine(outcome, alone, data.density.get(channel, ()), seed, rings)
     if channel != LOAD_TORQUE:
         ask_for_tone(outcome, data, out.transmission, seed)
     return outcome
+
+
+def _rings(data: Dataset, given: Given, search: Search, reaction: Reaction | None) -> RingDown | None:
+    """Ringing of a torque after the load has crossed zero. Recordings in which it does are read once more."""
+
+    def read(number: int) -> Finely | None:
+        rows = finely(data, search.model.channel, number, FINE_S)
+        if rows is None:
+            return None
+        if reaction is not None:
+            rows = replace(rows, y=rows.y - reaction.on_rows(rows.frame))
+        rows = problem_of(data, given, search.model.channel, rows, ()).rows
+        return Finely(rows.frame, np.where(rows.number > 0, rows.y - search.model.predict(rows.frame), 0.0))
+
+    recordings = to_read(search.model.problem.rows.frame).tolist()
+    return ring_down(read, recordings, (data.folds() >= 0).tolist())
 
 
 def _as_warm_as_it_is(

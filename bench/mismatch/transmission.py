@@ -27,6 +27,7 @@ from bench.mismatch.regression.excess import levelled
 from bench.mismatch.regression.problem import CHANNELS, BaseTerm
 from bench.mismatch.unnamed import following
 from bench.mismatch.unnamed.orders_of_tone import made_by_tone, tone_on_rows
+from bench.mismatch.unnamed.ring_down import on_grid, ring_down, to_read
 from bench.mismatch.unnamed.structure import examine, look_for_tone
 from bench.mismatch.unnamed.tones import Tone
 from bench.simulation import waves
@@ -138,7 +139,10 @@ class Task:
             self._attribute_multiples(model)
         outcome = of_transmission(model, self.data, self.seed, self.formulas)
         assert model.offset is not None
-        examine(outcome, model.offset, self.data.density.get(TRANSMISSION_ERROR, ()), self.seed)
+        frame, left = outcome.rows.frame, np.where(outcome.usable, outcome.left, 0.0)
+        fitted = (self.data.folds() >= 0).tolist()
+        rings = ring_down(partial(on_grid, frame, left), to_read(frame).tolist(), fitted)
+        examine(outcome, model.offset, self.data.density.get(TRANSMISSION_ERROR, ()), self.seed, rings)
         return model, outcome, ask_for_tone(outcome, self.data, model, self.seed)
 
     def _model(self, tone: FloatArray | None, known: KnownOffset | None) -> TransmissionModel:

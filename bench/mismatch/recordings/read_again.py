@@ -7,6 +7,7 @@ from itertools import groupby
 
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.prepared import prepare
+from bench.mismatch.recordings.rows import Rows, fine_rows
 from bench.mismatch.recordings.vibration import Run, run_of
 
 
@@ -19,3 +20,10 @@ def runs_of(data: Dataset, channel: str, recordings: Sequence[int]) -> list[Run]
         found = [run_of(data.parts[number].cut(whole, number), channel) for number in numbers]
         out += [run for run in found if run is not None]
     return out
+
+
+def finely(data: Dataset, channel: str, number: int, step: float) -> Rows | None:
+    """Rows of a torque, each of ``step`` s, in the recording of a ``number``; None where it has no such channel."""
+    part = data.parts[number]
+    whole = prepare(part.recording, number, data.folder)
+    return fine_rows(part.cut(whole, number), channel, step) if channel in whole.measured else None

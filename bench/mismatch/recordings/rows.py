@@ -115,6 +115,14 @@ def slow_rows(prepared: Prepared, channel: str, manner: Manner) -> Rows:
     return Rows(reduced(frame, edges), mean, number, _within(measured, mean, edges, number))
 
 
+def fine_rows(prepared: Prepared, channel: str, step: float) -> Rows:
+    """Rows of a torque, each of ``step`` s, whatever it does in them."""
+    edges = np.arange(0, prepared.frame.size, max(1, round(step * prepared.sample_rate)))
+    measured = prepared.measured[channel]
+    mean, number = block_mean(measured.mean, measured.number, edges)
+    return Rows(reduced(prepared.frame, edges), mean, number, _within(measured, mean, edges, number))
+
+
 def heat_rows(prepared: Prepared) -> Rows:
     """Rows of the temperature."""
     edges = np.arange(0, prepared.frame.size, max(1, round(HEAT_S * prepared.sample_rate)))

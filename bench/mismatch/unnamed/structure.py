@@ -27,6 +27,7 @@ from bench.mismatch.regression.scan import Scan
 from bench.mismatch.regression.state import Search
 from bench.mismatch.regression.strength import added
 from bench.mismatch.unnamed.bursts import Bursts, bursts
+from bench.mismatch.unnamed.ring_down import RingDown, Ringing
 from bench.mismatch.unnamed.scatter import UNITS, Scatter, scatter
 from bench.mismatch.unnamed.steps import Steps, steps
 from bench.mismatch.unnamed.telegraph import Telegraph, telegraph
@@ -42,9 +43,23 @@ SURELY = 1e-6
 """chance by a law through the first surrogates, below which their number does not matter"""
 
 
-def examine(outcome: ChannelOutcome, search: Search, densities: Sequence[Density], seed: int = 0) -> None:
-    """Test what an outcome leaves, and add what the tests find to it, but for a tone (:func:`look_for_tone`)."""
+def examine(
+    outcome: ChannelOutcome,
+    search: Search,
+    densities: Sequence[Density],
+    seed: int = 0,
+    rings: RingDown | None = None,
+) -> None:
+    """Test what an outcome leaves, and add what the tests find to it, but for a tone (:func:`look_for_tone`).
+    ``rings``: what was seen to ring after the load torque has crossed zero.
+    """
     loud = bursts(search)
+    ringing = None if rings is None else rings.ringing
+    if ringing is not None and ringing.size[0] < np.sqrt(2.0) * criteria.LEAST_STRENGTH * outcome.floor:
+        ringing = None
+    if rings is not None and ringing is not None:
+        outcome.discoveries.append(_of_ring_down(ringing, rings.p_value, outcome))
+        loud = None if loud is None else _beside(loud, ringing, search)
     counts = loud is not None and _counts(loud, outcome, search)
     if loud is not None and counts and loud.p_value < criteria.ERROR_RATE_OF_A_CHANNEL:
         found = _of_bursts(loud, outcome, search)
@@ -72,6 +87,11 @@ def examine(outcome: ChannelOutcome, search: Search, densities: Sequence[Density
     if loud is not None:
         p = loud.p_value
         looks[BURSTS] = Look(f"loudest of the blocks in time (p {p:.2g})", p, p if counts else 1.0)
+    if rings is not None:
+        p = rings.p_value
+        looks["rings"] = Look(
+            f"ringing after the load torque crosses zero (p {p:.2g})", p, p if ringing or not rings.ringing else 1.0
+        )
     if louder is not None:
         p = louder.p_value
         looks["scatter"] = Look(f"state that scatters most (p {p:.2g})", p, p)
@@ -229,6 +249,38 @@ def _of_tone(found: Tone, outcome: ChannelOutcome) -> Discovery:
         found.p_value,
         (),
         excess=_of_recordings(found, outcome),
+        squares=_unchanged(outcome),
+    )
+
+
+def _beside(loud: Bursts, rings: Ringing, search: Search) -> Bursts | None:
+    """Loud blocks that are no part of what rings; None where they are mostly that."""
+    frame = search.model.problem.rows.frame.take(loud.rows)
+    rest = rings.on_rows(frame) == 0.0
+    return replace(loud, rows=loud.rows[rest]) if np.mean(rest) > criteria.EITHER else None
+
+
+def _of_ring_down(found: Ringing, p_value: float, outcome: ChannelOutcome) -> Discovery:
+    """Ringing as a finding without a name: its phase is each crossing's own, nothing predicts it."""
+    symbols = (
+        ("f", *found.frequency, "Hz"),
+        ("T", *found.decay, "s"),
+        ("a", *found.size, CHANNEL_UNITS[outcome.channel]),
+    )
+    return Discovery(
+        UNNAMED,
+        UNKNOWN,
+        1.0 - p_value,
+        outcome.channel,
+        f"ringing of {found.frequency[0]:.3g} Hz that fades after the load torque crosses zero",
+        f"{outcome.channel} += a*exp(-t/T)*sin(2*pi*f*t + phase of each), t: since the load torque crossed zero",
+        ("torque",),
+        tuple({"symbol": s, "value": value, "unit": unit, "std": std} for s, value, std, unit in symbols),
+        np.zeros(outcome.rows.size),
+        0.0,
+        p_value,
+        (),
+        excess=found.on_rows(outcome.rows.frame),
         squares=_unchanged(outcome),
     )
 
