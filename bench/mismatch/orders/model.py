@@ -437,6 +437,7 @@ def _wavering(model: TransmissionModel, y: FloatArray) -> FloatArray:
 
 def _problem(model: TransmissionModel, y: FloatArray) -> ChannelProblem:
     rows, usable, _ = slow.offset_rows(model.rows, y, model.inside)
+    rows = slow.at_level(rows, usable & (model.folds[rows.frame.recording] >= 0))
     doubt, base = None, model.base
     if model.periodic is not None:
         frame = rows.frame

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +12,11 @@ from numpy.typing import NDArray
 from bench.mismatch.orders.revolutions import Revolution, Seen, scattered
 from bench.mismatch.recordings.rows import LIVELY_S, SLOW_S, Rows, blocks, changes, lively, reduced
 from bench.mismatch.regression.noise import MEMORIES_S, Mixture, fitted, of_samples
-from bench.simulation.frame import FloatArray, IntArray
+from bench.simulation.frame import FloatArray, Frame, IntArray
 from bench.simulation.terms.base import top
 
+FEWEST_ON_A_LINE = 3
+"""rows of a steady part whose load is told from a straight line"""
 LOWEST_ORDER = 3
 """below it a revolution cannot tell noise from drift"""
 
@@ -33,6 +37,47 @@ def offset_rows(rows: Rows, y: FloatArray, inside: NDArray[np.bool_]) -> tuple[R
     total = np.add.reduceat(rows.number, edges)
     mean = np.add.reduceat(y * rows.number, edges) / np.maximum(total, 1.0)
     return Rows(reduced(frame, edges), mean, total), inside[edges], edges
+
+
+def at_level(rows: Rows, calibrated: NDArray[np.bool_]) -> Rows:
+    """Rows as under a load that goes along a straight line in each steady part: what it wavers about that acts by the
+    compliance, which the loads of the ``calibrated`` rows (n,) tell, and is taken off. An unbalance wavers once a
+    revolution, as an order does, so what the series leaves of it says nothing of how the compliance changes with load,
+    speed and temperature. A load that goes further than from one row to the next stays as it is.
+    """
+    frame = rows.frame
+    line = _straight(frame, rows.number)
+    waver = frame.torque - line
+    chosen = np.flatnonzero(calibrated & (rows.number > 0))
+    if not waver.any() or chosen.size == 0:
+        return rows
+    ahead = frame.last_direction[chosen] > 0
+    weight = np.sqrt(rows.number[chosen])
+    columns = np.column_stack([line[chosen], ahead, ~ahead]) * weight[:, None]
+    slope = np.linalg.lstsq(columns, rows.y[chosen] * weight, rcond=None)[0][0]
+    level = np.where(frame.kept > 0.0, frame.torque_level, line)
+    return replace(rows, y=rows.y - slope * waver, frame=replace(frame, torque=line, torque_level=level))
+
+
+def _straight(frame: Frame, number: FloatArray) -> FloatArray:
+    """The load torque (n,), in each steady part its straight line over time, if it is never further from that than rows
+    may differ (:func:`bench.mismatch.recordings.rows.changes`).
+    """
+    out = frame.torque.copy()
+    most = float(changes(top(frame.torque), 0.0)[1])
+    change = np.zeros(frame.size, dtype=bool)
+    for values in (frame.recording, frame.steady, frame.direction):
+        change[1:] |= values[1:] != values[:-1]
+    edges = [0, *np.flatnonzero(change).tolist(), frame.size]
+    for a, b in itertools.pairwise(edges):
+        if frame.steady[a] < 0.5 or b - a < FEWEST_ON_A_LINE or not number[a:b].any():
+            continue
+        weight = np.sqrt(number[a:b])
+        columns = np.column_stack([np.ones(b - a), frame.elapsed[a:b] - frame.elapsed[a]])
+        line = columns @ np.linalg.lstsq(columns * weight[:, None], frame.torque[a:b] * weight, rcond=None)[0]
+        if float(np.abs(frame.torque[a:b] - line).max()) < most:
+            out[a:b] = line
+    return out
 
 
 def mixture(seen: Seen, revolutions: Sequence[Revolution], rows: Rows, inner: FloatArray, rate: float) -> Mixture:

@@ -30,6 +30,10 @@ BINS = 40
 LOWEST_HZ = 0.15
 """below it a spectrum of ten seconds tells noise and drift no more apart"""
 FEWEST_SPECTRA = 3
+AS_ONE = 0.1
+"""of a memory between samples, below which their mean is that of the noise over time to a thousandth (a twelfth of its
+square)
+"""
 ALIKE_RAD = 0.1
 """angle over which an error of a series stays alike: a period of order sixty"""
 NORMAL_QUARTILES = 1.349
@@ -80,10 +84,15 @@ class Mixture:
 
     def of_means(self, number: FloatArray, duration: FloatArray) -> FloatArray:
         """Variance of means over ``number`` samples, spread over ``duration`` s (n,)."""
-        out = self.white / np.maximum(number, 1.0)
+        samples = np.maximum(number, 1.0)
+        out = self.white / samples
         for variance, memory in zip(self.parts, self.memories, strict=True):
             x = np.maximum(duration / memory, 1e-6)
-            out = out + variance * np.where(x < 1e-3, 1.0 - x / 3.0, 2.0 * (x - 1.0 + np.exp(-x)) / x**2)
+            close = np.where(x < 1e-3, 1.0 - x / 3.0, 2.0 * (x - 1.0 + np.exp(-x)) / x**2)
+            # samples further apart than the noise remembers are independent: the sum of their correlations
+            alike = np.exp(-np.maximum(x / samples, AS_ONE))
+            apart = (1.0 + alike - 2.0 * alike * (1.0 - alike**samples) / (samples * (1.0 - alike))) / (1.0 - alike)
+            out = out + variance * np.where(x < AS_ONE * samples, close, apart / samples)
         return np.asarray(out)
 
     def across(self, first: FloatArray, second: FloatArray, gap: FloatArray) -> FloatArray:

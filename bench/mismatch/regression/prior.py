@@ -8,6 +8,7 @@ MacKay, Neural Comput. 4 (1992) 415). The compliance and the constant stay free.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -22,9 +23,10 @@ from bench.simulation.frame import FloatArray
 _MONOMIALS = 10
 _GROUPS = ((4, 5), (0, 1, 2, 6, 7, 8))
 """numbers of the monomials that are linear in speed and temperature, and of second order"""
-_SPREADS = np.geomspace(0.003, 30.0, 13)
+_SPREADS = tuple(np.geomspace(0.003, 30.0, 13).tolist())
 """root mean square of what a coefficient contributes, in units of a row's noise, that is tried"""
-
+_WIDER = tuple(np.geomspace(30.0, 3000.0, 7)[1:].tolist())
+"""the same where the largest of these is the likeliest: a few recordings may determine a coefficient hardly at all"""
 
 _ZEROS = (1.0, 16.0, 256.0, 4096.0)
 """times the precision of the sensors' zeros that is tried: they differ from recording to recording by as much as data
@@ -96,26 +98,27 @@ def settled(problem: ChannelProblem, bank: Bank, base: Sequence[Block], beside: 
     means = [i for b in (*base, *beside) if not kept_small(b) for i in b.indices]
     bank.bound_offsets(means, criteria.ERROR_RATE_OF_A_CHANNEL)
     first = sum(len(b.indices) for b in base[:offset])
-    best, kept = -np.inf, np.zeros(len(energy))
     plain = np.concatenate([b.precision for b in (*base, *beside)])
-    coarse = bank.variances()[::3]
-    for variance in coarse:
-        normal = bank.normal(index, variance)
-        for linear in _SPREADS:
-            for second in _SPREADS:
-                tried = np.zeros(len(energy))
-                for group, spread in zip(groups, (linear, second), strict=True):
-                    if group.size:
-                        tried[group] = energy[group] / spread**2
-                whole = plain.copy()
-                whole[first : first + len(energy)] = tried
-                shrunk = np.zeros(whole.size, dtype=bool)
-                shrunk[first : first + len(energy)] = tried > 0.0
-                found = _evidence(normal.gram, normal.right, normal.squares, whole, shrunk) - 0.5 * normal.cost
-                if found > best:
-                    best, kept = found, tried
+    normals = [bank.normal(index, variance) for variance in bank.variances()[::3]]
+
+    def precision(spreads: tuple[float, float]) -> FloatArray:
+        out = np.zeros(len(energy))
+        for group, spread in zip(groups, spreads, strict=True):
+            out[group] = energy[group] / spread**2
+        return out
+
+    def evidence(spreads: tuple[float, float]) -> float:
+        whole = plain.copy()
+        whole[first : first + len(energy)] = precision(spreads)
+        shrunk = np.zeros(whole.size, dtype=bool)
+        shrunk[first : first + len(energy)] = whole[first : first + len(energy)] > 0.0
+        return max(_evidence(n.gram, n.right, n.squares, whole, shrunk) - 0.5 * n.cost for n in normals)
+
+    best = max(itertools.product(_SPREADS, _SPREADS), key=evidence)
+    wider = [(best[0], *_WIDER) if best[0] == _SPREADS[-1] else best[:1], best[1:]]
+    best = max(itertools.product(*wider), key=evidence)
     out = list(base)
-    out[offset] = replace(block, precision=kept)
+    out[offset] = replace(block, precision=precision(best))
     return out
 
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from bench.mismatch.orders.offset_rows import offset_rows
-from bench.mismatch.recordings.rows import Rows
+from bench.mismatch.orders.offset_rows import at_level, offset_rows
+from bench.mismatch.recordings.rows import Rows, join
 from bench.simulation.frame import ARRAYS, FloatArray, Frame
 
 ROWS = 4000
@@ -47,3 +47,35 @@ def test_a_load_that_hums_ends_no_block_at_each_swing() -> None:
     humming = Rows(replace(rows.frame, torque=hum, torque_level=hum), rows.y, rows.number)
     found = offset_rows(humming, rows.y, np.ones(ROWS, dtype=bool))[0]
     assert found.size <= ROWS // 2
+
+
+def test_what_a_load_wavers_about_its_line_is_taken_off_by_the_compliance() -> None:
+    """Of the swing of an unbalance a series may have taken a part: what is left says nothing of the compliance."""
+    compliance, left_over = 2.5e-7, 0.8
+    parts = []
+    for number, level in enumerate((-600.0, 0.0, 600.0)):
+        rows = ramped(0.5)
+        swing = 3.0 * np.sin(rows.frame.theta)
+        line = level + rows.frame.torque
+        frame = replace(
+            rows.frame, torque=line + swing, torque_level=line + swing, recording=rows.frame.recording + number
+        )
+        parts.append(Rows(frame, compliance * (line + left_over * swing), rows.number))
+    rows = join(parts)
+    found = at_level(rows, np.ones(rows.size, dtype=bool))
+    for number in range(3):
+        own = found.frame.recording == number
+        clock = found.frame.elapsed[own]
+        assert np.ptp(found.frame.torque[own] - np.polyval(np.polyfit(clock, found.frame.torque[own], 1), clock)) < 1e-9
+    # what the series took of it is in what was measured, and no load follows it any more
+    swing = np.tile(3.0 * np.sin(ramped(0.0).frame.theta), 3)
+    assert np.allclose(found.y, compliance * (found.frame.torque - (1.0 - left_over) * swing), atol=0.01 * compliance)
+    assert np.std(rows.frame.torque - found.frame.torque) > 1.0
+    assert np.array_equal(found.frame.torque, found.frame.torque_level)
+
+
+def test_a_load_that_goes_up_and_down_stays_as_it_is() -> None:
+    rows = ramped(0.0)
+    load = 500.0 * np.sin(2.0 * np.pi * rows.frame.elapsed / 40.0)
+    driven = Rows(replace(rows.frame, torque=load, torque_level=load), 1e-7 * load, rows.number)
+    assert at_level(driven, np.ones(ROWS, dtype=bool)) is driven

@@ -45,3 +45,19 @@ def test_beside_an_effect_the_offset_need_not_bend_in_its_place() -> None:
     (without,) = settled(own, bank, add_base(own, bank))
     (beside,) = settled(own, bank, [without], [add_block(own, bank, change)])
     assert bent(beside) < 0.2 * bent(without)
+
+
+def test_a_straight_line_may_be_as_steep_as_it_is() -> None:
+    """Speed and temperature change the offset a thousand times its noise: the prior does not hold that back."""
+    rng = np.random.default_rng(9)
+    speed, temperature = np.abs(FRAME.velocity) / 0.1, (FRAME.temperature - 35.0) / 15.0
+    y = 1000.0 * SIGMA * (speed + 2.0 * temperature) + rng.normal(0.0, SIGMA, FRAME.size)
+    own = problem(FRAME, np.asarray(y))
+    bank, *_ = prepare_bank(own, rng.normal(0.0, SIGMA, int(own.train.sum())))
+    (block,) = settled(own, bank, add_base(own, bank))
+    columns = [bank.columns.column(i) for i in block.indices]
+    energy = np.array([float(np.mean(c**2)) for c in columns])[list(LINEAR)]
+    spread = np.sqrt(energy / block.precision[list(LINEAR)])
+    assert spread.min() > 100.0
+    curved = [0, 1, 2]
+    assert np.all(block.precision[curved] > 0.0)
