@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -40,7 +40,8 @@ from bench.mismatch.regression.slots import Slot
 from bench.mismatch.regression.slow_noise import of_a_row
 from bench.mismatch.regression.state import Search
 from bench.mismatch.transmission import Task, ask_for_tone
-from bench.mismatch.unnamed.ring_down import FINE_S, Finely, RingDown, ring_down, to_read
+from bench.mismatch.unnamed.crossings import FINE_S, Finely, on_grid, sure_load, to_read
+from bench.mismatch.unnamed.ring_down import RingDown, ring_down
 from bench.mismatch.unnamed.structure import examine
 from bench.mismatch.who_reads_wrong import as_reported, mark, mark_load, of_load_motor, of_shaft, on_shaft
 from bench.simulation.frame import FloatArray
@@ -65,6 +66,8 @@ class Analysis:
     """what the motor torque holds of the load's reaction through the transmission error"""
     periodic: dict[str, list[Discovery]] = field(default_factory=dict)
     """orders that are taken off the rows of a torque, where these are short enough to follow them"""
+    acting: tuple[Known, ...] = ()
+    """what the load torque's sensor reads beside the load, and what of the load its level hides"""
     misread: tuple[Regressor, ...] = ()
     """errors of the torque sensor, which are taken off what it reads"""
     plain: dict[str, Fit] = field(default_factory=dict)
@@ -163,7 +166,7 @@ def analyse(
             if channel == LOAD_TORQUE:
                 known = _acting(out, data, given, _known_of(search), seed, banned)
                 loads, unsure = _loads(out, data, given, search.model, known)
-                acting = (*acting, *known, *loads)
+                acting = out.acting = (*acting, *known, *loads)
                 out.misread = tuple(k.regressor for k in acting if k.misread)
                 in_angles = _excluded_delay(search)
                 shown = tuple(_shown_here_first([chosen.effect for chosen in search.model.chosen]))
@@ -222,27 +225,33 @@ def _outcome(
         outcome.discoveries += found
     # what is left is tested on what the channel's own rows are fitted best by
     alone = replace(search, model=search.model.by_itself())
-    rings = None if channel == TEMPERATURE or data.linear else _rings(data, given, alone, reaction)
+    rings = None if channel == TEMPERATURE or data.linear else _rings(out, data, given, alone, reaction)
     examine(outcome, alone, data.density.get(channel, ()), seed, rings)
     if channel != LOAD_TORQUE:
         ask_for_tone(outcome, data, out.transmission, seed)
     return outcome
 
 
-def _rings(data: Dataset, given: Given, search: Search, reaction: Reaction | None) -> RingDown | None:
+def _rings(out: Analysis, data: Dataset, given: Given, search: Search, reaction: Reaction | None) -> RingDown | None:
     """Ringing of a torque after the load has crossed zero. Recordings in which it does are read once more."""
+    channel, fitted = search.model.channel, (data.folds() >= 0).tolist()
+    sure = sure_load(data.density.get(LOAD_TORQUE, ()))
 
-    def read(number: int) -> Finely | None:
-        rows = finely(data, search.model.channel, number, FINE_S)
-        if rows is None:
-            return None
-        if reaction is not None:
-            rows = replace(rows, y=rows.y - reaction.on_rows(rows.frame))
-        rows = problem_of(data, given, search.model.channel, rows, ()).rows
-        return Finely(rows.frame, np.where(rows.number > 0, rows.y - search.model.predict(rows.frame), 0.0))
+    def left() -> Iterator[Finely]:
+        for number, rows in finely(
+            data, channel, to_read(search.model.problem.rows.frame, sure, fitted).tolist(), FINE_S
+        ):
+            if channel != LOAD_TORQUE:
+                rows = replace(rows, frame=corrected(rows.frame, out.acting))
+            if reaction is not None:
+                rows = replace(rows, y=rows.y - reaction.on_rows(rows.frame))
+            rows = problem_of(data, given, channel, rows, ()).rows
+            off = rows.y - search.model.predict(rows.frame)
+            found = on_grid(rows.frame, np.where(usable(channel, rows), off, np.nan), number)
+            if found is not None:
+                yield found
 
-    recordings = to_read(search.model.problem.rows.frame).tolist()
-    return ring_down(read, recordings, (data.folds() >= 0).tolist())
+    return ring_down(left(), sure, fitted)
 
 
 def _as_warm_as_it_is(

@@ -26,14 +26,15 @@ from bench.mismatch.recordings.rows import Rows, error_of_mean
 from bench.mismatch.regression.excess import levelled
 from bench.mismatch.regression.problem import CHANNELS, BaseTerm
 from bench.mismatch.unnamed import following
+from bench.mismatch.unnamed.crossings import on_grid, sure_load, to_read
 from bench.mismatch.unnamed.orders_of_tone import made_by_tone, tone_on_rows
-from bench.mismatch.unnamed.ring_down import on_grid, ring_down, to_read
+from bench.mismatch.unnamed.ring_down import RingDown, ring_down
 from bench.mismatch.unnamed.structure import examine, look_for_tone
 from bench.mismatch.unnamed.tones import Tone
 from bench.simulation import waves
 from bench.simulation.frame import FloatArray
 from bench.simulation.quantities import STATES
-from bench.simulation.terms import MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
+from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
 
 APART = 0.5
 """orders by which one is another order"""
@@ -139,11 +140,16 @@ class Task:
             self._attribute_multiples(model)
         outcome = of_transmission(model, self.data, self.seed, self.formulas)
         assert model.offset is not None
-        frame, left = outcome.rows.frame, np.where(outcome.usable, outcome.left, 0.0)
-        fitted = (self.data.folds() >= 0).tolist()
-        rings = ring_down(partial(on_grid, frame, left), to_read(frame).tolist(), fitted)
-        examine(outcome, model.offset, self.data.density.get(TRANSMISSION_ERROR, ()), self.seed, rings)
+        densities = self.data.density.get(TRANSMISSION_ERROR, ())
+        examine(outcome, model.offset, densities, self.seed, None if self.data.linear else self._rings(outcome))
         return model, outcome, ask_for_tone(outcome, self.data, model, self.seed)
+
+    def _rings(self, outcome: ChannelOutcome) -> RingDown | None:
+        """Ringing after the load torque has crossed zero."""
+        frame, left = outcome.rows.frame, np.where(outcome.usable, outcome.left, np.nan)
+        fitted, sure = (self.data.folds() >= 0).tolist(), sure_load(self.data.density.get(LOAD_TORQUE, ()))
+        found = (on_grid(frame, left, number) for number in to_read(frame, sure, fitted).tolist())
+        return ring_down((finely for finely in found if finely is not None), sure, fitted)
 
     def _model(self, tone: FloatArray | None, known: KnownOffset | None) -> TransmissionModel:
         data, given, rows = self.data, self.given, self.rows

@@ -17,6 +17,8 @@ from bench.simulation.terms.base import top
 
 FEWEST_ON_A_LINE = 3
 """rows of a steady part whose load is told from a straight line"""
+TELLS = 10.0
+"""times what a load wavers that loads differ by, for them to tell their compliance"""
 LOWEST_ORDER = 3
 """below it a revolution cannot tell noise from drift"""
 
@@ -43,13 +45,16 @@ def at_level(rows: Rows, calibrated: NDArray[np.bool_]) -> Rows:
     """Rows as under a load that goes along a straight line in each steady part: what it wavers about that acts by the
     compliance, which the loads of the ``calibrated`` rows (n,) tell, and is taken off. An unbalance wavers once a
     revolution, as an order does, so what the series leaves of it says nothing of how the compliance changes with load,
-    speed and temperature. A load that goes further than from one row to the next stays as it is.
+    speed and temperature. A load that goes further than from one row to the next stays as it is, and so do all where
+    the loads differ by too little to tell the compliance.
     """
     frame = rows.frame
     line = _straight(frame, rows.number)
     waver = frame.torque - line
     chosen = np.flatnonzero(calibrated & (rows.number > 0))
-    if not waver.any() or chosen.size == 0:
+    if chosen.size == 0:
+        return rows
+    if not waver.any() or np.std(line[chosen]) < TELLS * float(np.sqrt(np.mean(waver[chosen] ** 2))):
         return rows
     ahead = frame.last_direction[chosen] > 0
     weight = np.sqrt(rows.number[chosen])
@@ -61,7 +66,7 @@ def at_level(rows: Rows, calibrated: NDArray[np.bool_]) -> Rows:
 
 def _straight(frame: Frame, number: FloatArray) -> FloatArray:
     """The load torque (n,), in each steady part its straight line over time, if it is never further from that than rows
-    may differ (:func:`bench.mismatch.recordings.rows.changes`).
+    may differ (:func:`bench.mismatch.recordings.rows.changes`), and stays on one side of zero.
     """
     out = frame.torque.copy()
     most = float(changes(top(frame.torque), 0.0)[1])
@@ -75,7 +80,9 @@ def _straight(frame: Frame, number: FloatArray) -> FloatArray:
         weight = np.sqrt(number[a:b])
         columns = np.column_stack([np.ones(b - a), frame.elapsed[a:b] - frame.elapsed[a]])
         line = columns @ np.linalg.lstsq(columns * weight[:, None], frame.torque[a:b] * weight, rcond=None)[0]
-        if float(np.abs(frame.torque[a:b] - line).max()) < most:
+        off = float(np.abs(frame.torque[a:b] - line).max())
+        # a play that the waver crosses moves by more than the compliance says
+        if off < most and float(np.abs(line).min()) > off:
             out[a:b] = line
     return out
 

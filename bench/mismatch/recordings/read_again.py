@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import groupby
 
 from bench.mismatch.recordings.dataset import Dataset
@@ -22,8 +22,14 @@ def runs_of(data: Dataset, channel: str, recordings: Sequence[int]) -> list[Run]
     return out
 
 
-def finely(data: Dataset, channel: str, number: int, step: float) -> Rows | None:
-    """Rows of a torque, each of ``step`` s, in the recording of a ``number``; None where it has no such channel."""
-    part = data.parts[number]
-    whole = prepare(part.recording, number, data.folder)
-    return fine_rows(part.cut(whole, number), channel, step) if channel in whole.measured else None
+def finely(data: Dataset, channel: str, recordings: Sequence[int], step: float) -> Iterator[tuple[int, Rows]]:
+    """Rows of a torque, each of about ``step`` s, in the ``recordings`` that have it, by their numbers; those of one
+    file together.
+    """
+    for _, group in groupby(sorted(recordings), key=lambda number: id(data.parts[number].recording)):
+        numbers = list(group)
+        recording = data.parts[numbers[0]].recording
+        whole = prepare(recording, numbers[0], data.folder, data.travelled.get(str(recording.path), 0.0))
+        if channel in whole.measured:
+            for number in numbers:
+                yield number, fine_rows(data.parts[number].cut(whole, number), channel, step)

@@ -31,9 +31,9 @@ LOWEST_HZ = 0.15
 """below it a spectrum of ten seconds tells noise and drift no more apart"""
 FEWEST_SPECTRA = 3
 AS_ONE = 0.1
-"""of a memory between samples, below which their mean is that of the noise over time to a thousandth (a twelfth of its
-square)
-"""
+"""of a memory between samples, below which the mean of many is that of the noise over time (its square over twelve)"""
+MANY = 100.0
+"""samples, of fewer than which each counts"""
 ALIKE_RAD = 0.1
 """angle over which an error of a series stays alike: a period of order sixty"""
 NORMAL_QUARTILES = 1.349
@@ -90,9 +90,11 @@ class Mixture:
             x = np.maximum(duration / memory, 1e-6)
             close = np.where(x < 1e-3, 1.0 - x / 3.0, 2.0 * (x - 1.0 + np.exp(-x)) / x**2)
             # samples further apart than the noise remembers are independent: the sum of their correlations
-            alike = np.exp(-np.maximum(x / samples, AS_ONE))
-            apart = (1.0 + alike - 2.0 * alike * (1.0 - alike**samples) / (samples * (1.0 - alike))) / (1.0 - alike)
-            out = out + variance * np.where(x < AS_ONE * samples, close, apart / samples)
+            step = np.maximum(x / samples, 1e-4)
+            unlike, alike = -np.expm1(-step), np.exp(-step)
+            apart = (1.0 + alike + 2.0 * alike * np.expm1(-samples * step) / (samples * unlike)) / unlike / samples
+            over_time = (x < 1e-3) | ((x < AS_ONE * samples) & (samples > MANY))
+            out = out + variance * np.where(over_time, close, apart)
         return np.asarray(out)
 
     def across(self, first: FloatArray, second: FloatArray, gap: FloatArray) -> FloatArray:

@@ -26,7 +26,9 @@ _GROUPS = ((4, 5), (0, 1, 2, 6, 7, 8))
 _SPREADS = tuple(np.geomspace(0.003, 30.0, 13).tolist())
 """root mean square of what a coefficient contributes, in units of a row's noise, that is tried"""
 _WIDER = tuple(np.geomspace(30.0, 3000.0, 7)[1:].tolist())
-"""the same where the largest of these is the likeliest: a few recordings may determine a coefficient hardly at all"""
+"""the same of the linear coefficients where the largest of these is the likeliest: a straight line may be as steep as
+it is, a curve that is as steep runs away where no recording holds it
+"""
 
 _ZEROS = (1.0, 16.0, 256.0, 4096.0)
 """times the precision of the sensors' zeros that is tried: they differ from recording to recording by as much as data
@@ -112,7 +114,8 @@ def settled(problem: ChannelProblem, bank: Bank, base: Sequence[Block], beside: 
         whole[first : first + len(energy)] = precision(spreads)
         shrunk = np.zeros(whole.size, dtype=bool)
         shrunk[first : first + len(energy)] = whole[first : first + len(energy)] > 0.0
-        return max(_evidence(n.gram, n.right, n.squares, whole, shrunk) - 0.5 * n.cost for n in normals)
+        found = (_evidence(n.gram, n.right, n.squares, whole, shrunk) - 0.5 * n.cost for n in normals)
+        return max((one for one in found if np.isfinite(one)), default=-np.inf)
 
     best = max(itertools.product(_SPREADS, _SPREADS), key=evidence)
     wider = [(best[0], *_WIDER) if best[0] == _SPREADS[-1] else best[:1], best[1:]]

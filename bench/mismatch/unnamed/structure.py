@@ -59,7 +59,7 @@ def examine(
         ringing = None
     if rings is not None and ringing is not None:
         outcome.discoveries.append(_of_ring_down(ringing, rings.p_value, outcome))
-        loud = None if loud is None else _beside(loud, ringing, search)
+        loud = None if loud is None else _beside(loud, ringing, outcome, search)
     counts = loud is not None and _counts(loud, outcome, search)
     if loud is not None and counts and loud.p_value < criteria.ERROR_RATE_OF_A_CHANNEL:
         found = _of_bursts(loud, outcome, search)
@@ -253,11 +253,10 @@ def _of_tone(found: Tone, outcome: ChannelOutcome) -> Discovery:
     )
 
 
-def _beside(loud: Bursts, rings: Ringing, search: Search) -> Bursts | None:
-    """Loud blocks that are no part of what rings; None where they are mostly that."""
-    frame = search.model.problem.rows.frame.take(loud.rows)
-    rest = rings.on_rows(frame) == 0.0
-    return replace(loud, rows=loud.rows[rest]) if np.mean(rest) > criteria.EITHER else None
+def _beside(loud: Bursts, rings: Ringing, outcome: ChannelOutcome, search: Search) -> Bursts:
+    """Loud blocks without the rows in which something rings by more than is told of anything."""
+    ringing = rings.on_rows(search.model.problem.rows.frame)[loud.rows] > criteria.LEAST_STRENGTH * outcome.floor
+    return replace(loud, rows=loud.rows[~ringing])
 
 
 def _of_ring_down(found: Ringing, p_value: float, outcome: ChannelOutcome) -> Discovery:

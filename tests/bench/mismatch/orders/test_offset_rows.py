@@ -53,7 +53,7 @@ def test_what_a_load_wavers_about_its_line_is_taken_off_by_the_compliance() -> N
     """Of the swing of an unbalance a series may have taken a part: what is left says nothing of the compliance."""
     compliance, left_over = 2.5e-7, 0.8
     parts = []
-    for number, level in enumerate((-600.0, 0.0, 600.0)):
+    for number, level in enumerate((-600.0, 100.0, 600.0)):
         rows = ramped(0.5)
         swing = 3.0 * np.sin(rows.frame.theta)
         line = level + rows.frame.torque
@@ -79,3 +79,10 @@ def test_a_load_that_goes_up_and_down_stays_as_it_is() -> None:
     load = 500.0 * np.sin(2.0 * np.pi * rows.frame.elapsed / 40.0)
     driven = Rows(replace(rows.frame, torque=load, torque_level=load), 1e-7 * load, rows.number)
     assert at_level(driven, np.ones(ROWS, dtype=bool)) is driven
+
+
+def test_loads_that_are_alike_tell_no_compliance() -> None:
+    rows = ramped(0.01)
+    load = 500.0 + 3.0 * np.sin(rows.frame.theta)
+    alike = Rows(replace(rows.frame, torque=load, torque_level=load), 1e-7 * load, rows.number)
+    assert at_level(alike, np.ones(ROWS, dtype=bool)) is alike

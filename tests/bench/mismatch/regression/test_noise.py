@@ -58,15 +58,16 @@ def test_means_scatter_as_the_mixture_says() -> None:
     assert np.var(values.mean(axis=1)) == pytest.approx(told, rel=0.08)
 
 
-@pytest.mark.parametrize("apart", [0.004, 0.05, 0.5])
-def test_means_of_few_samples_scatter_as_the_mixture_says(apart: float) -> None:
-    """Four samples that are further apart than the noise remembers are independent, however long they take."""
-    number, memory = 4, 0.1
+@pytest.mark.parametrize("number", [1, 2, 3, 10, 99, 101])
+@pytest.mark.parametrize("apart", [0.004, 0.0099, 0.0101, 0.05, 0.5])
+def test_means_of_few_samples_scatter_as_the_mixture_says(apart: float, number: int) -> None:
+    """Samples that are further apart than the noise remembers are independent, however long they take."""
+    memory = 0.1
     own = Mixture(0.0, (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0), 100.0)
     between = np.abs(np.subtract.outer(np.arange(number), np.arange(number))) * apart
     expected = float(np.exp(-between / memory).mean())
     told = own.of_means(np.full(1, float(number)), np.full(1, number * apart))[0]
-    assert told == pytest.approx(expected, rel=0.02)
+    assert told == pytest.approx(expected, rel=0.002)
 
 
 def test_too_few_spectra_tell_nothing() -> None:
