@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.mismatch.discovery import ChannelOutcome
-from bench.mismatch.orders import model as orders
 from bench.mismatch.orders.beyond_orders import beyond_orders
 from bench.mismatch.orders.discoveries import discoveries as of_orders
 from bench.mismatch.orders.model import TransmissionModel
+from bench.mismatch.orders.turns import learn, offset_anew
 from bench.mismatch.recordings.beginning import at_start, risen
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.vibration import Density
@@ -91,9 +91,9 @@ def of_transmission(model: TransmissionModel, data: Dataset, seed: int, formulas
     found = of_orders(model, data.gearbox, seed)
     if model.periodic is not plain:
         # a pulse or a law says what orders had said badly: the offset is what they leave now
-        orders.offset_anew(model, seed)
+        offset_anew(model, seed)
     # orders and laws are found as revolutions show them: a law has to say more than they do, and not than the offset
-    orders.learn(model, seed)
+    learn(model, seed)
     assert model.offset is not None
     offset = model.offset = model.offset if data.linear else with_states(model.offset, seed)
     slots = settle(offset)

@@ -11,13 +11,13 @@ import numpy as np
 from bench.mismatch import criteria
 from bench.mismatch.discovery import AMBIGUOUS, ChannelOutcome, Discovery
 from bench.mismatch.given import Given
-from bench.mismatch.orders import model as orders
 from bench.mismatch.orders.misread import torque_check
-from bench.mismatch.orders.model import KnownOffset, TransmissionModel, misleading
+from bench.mismatch.orders.model import GivenOrders, KnownOffset, TransmissionModel, begun
 from bench.mismatch.orders.of_motor import multiples
 from bench.mismatch.orders.reaction import reaction_of
 from bench.mismatch.orders.shaft import PHASES
 from bench.mismatch.orders.sight import known_orders
+from bench.mismatch.orders.turns import analyse, misleading
 from bench.mismatch.outcomes import of_transmission
 from bench.mismatch.problems import base_of
 from bench.mismatch.recordings.dataset import Dataset
@@ -163,17 +163,17 @@ class Task:
             if part.coefficients is not None:
                 taken = taken + part.regressor.columns(rows.frame) @ part.coefficients
         base = [*base_of(given, TRANSMISSION_ERROR, rows), *self.unnamed]
-        series = orders.Given(given.orders, data.folder.notch, given.laws)
+        series = GivenOrders(given.orders, data.folder.notch, given.laws)
         rows = replace(rows, y=rows.y - taken)
-        begun = orders.begun(rows, data.folds(), series, base, given.switched_off, self.banned)
-        model = orders.analyse(replace(begun, tone=tone, known=known), self.seed)
+        beginning = begun(rows, data.folds(), series, base, given.switched_off, self.banned)
+        model = analyse(replace(beginning, tone=tone, known=known), self.seed)
         while known is not None:
             before, known = known, misleading(model)
             if known is None or known.moved > SETTLES * before.moved:
                 break
             assert model.offset is not None
             model.offset.close()
-            model = orders.analyse(replace(begun, tone=tone, known=known), self.seed)
+            model = analyse(replace(beginning, tone=tone, known=known), self.seed)
         return model
 
     def _attribute_multiples(self, model: TransmissionModel) -> None:

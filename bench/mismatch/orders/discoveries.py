@@ -17,8 +17,9 @@ from bench.mismatch import criteria
 from bench.mismatch.discovery import UNNAMED, Discovery
 from bench.mismatch.orders import defects, laws, modulation
 from bench.mismatch.orders.borne_out import borne_out
+from bench.mismatch.orders.calibrating import with_parts
 from bench.mismatch.orders.misread import ENCODER, Misread
-from bench.mismatch.orders.model import TransmissionModel, with_parts
+from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.of_motor import of_motor
 from bench.mismatch.orders.periodic import Periodic
 from bench.mismatch.orders.reported import (
@@ -86,7 +87,7 @@ class Teeth(Protocol):
 def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Discovery]:
     """Everything periodic in the transmission error beyond the simulation; ``model.periodic`` then holds it.
 
-    ``model`` has been through :func:`bench.mismatch.orders.model.analyse`.
+    ``model`` has been through :func:`bench.mismatch.orders.turns.analyse`.
     """
     if Sight.of(model) is None:
         return []

@@ -16,6 +16,7 @@ from scipy.linalg import solve_triangular
 
 from bench.mismatch import criteria
 from bench.mismatch.orders import modes
+from bench.mismatch.orders.calibrating import calibrated_by
 from bench.mismatch.orders.law_scores import (
     Amplitudes,
     amplitudes,
@@ -29,7 +30,7 @@ from bench.mismatch.orders.law_scores import (
     whitened,
 )
 from bench.mismatch.orders.lowest import lowest
-from bench.mismatch.orders.model import TransmissionModel, calibrated_by
+from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.revolutions import states_of
 from bench.mismatch.orders.series import Series
 from bench.mismatch.regression.maxima import tail, tail_rate

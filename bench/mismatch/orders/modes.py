@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from bench.mismatch import criteria
+from bench.mismatch.orders.calibrating import calibrated_by
 from bench.mismatch.orders.law_scores import (
     PRIOR_REVOLUTIONS,
     Amplitudes,
@@ -27,7 +28,7 @@ from bench.mismatch.orders.law_scores import (
     unusual,
 )
 from bench.mismatch.orders.lowest import lowest
-from bench.mismatch.orders.model import TransmissionModel, calibrated_by
+from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.revolutions import Complex
 from bench.mismatch.orders.series import FIRST_PRIOR, Series
 from bench.mismatch.regression.maxima import tail, tail_rate

@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.mismatch.orders.model import TransmissionModel, calibrate_all
+from bench.mismatch.orders.calibrating import calibrate_all
+from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.periodic import Periodic, Pulse
 from bench.mismatch.orders.revolutions import Complex, Seen
 from bench.mismatch.orders.weak import MODELS, Stage, WeakOrder, search

@@ -17,14 +17,16 @@ from numpy.typing import NDArray
 from bench.mismatch import criteria
 from bench.mismatch.orders import modes
 from bench.mismatch.orders.borne_out import borne_out
+from bench.mismatch.orders.calibrating import calibrate_all
 from bench.mismatch.orders.joint import Evidence, settled
 from bench.mismatch.orders.law_scores import amplitudes
 from bench.mismatch.orders.laws import FoundLaw
 from bench.mismatch.orders.look import PARTS, Look
-from bench.mismatch.orders.model import ROUNDS, TransmissionModel, calibrate_all, level_of, steady_rows, with_noise
+from bench.mismatch.orders.model import TransmissionModel, steady_rows, with_noise
 from bench.mismatch.orders.modes import Mode
 from bench.mismatch.orders.periodic import Periodic, Pulse
 from bench.mismatch.orders.revolutions import Complex, Seen, directions, looks, passed, seen, states
+from bench.mismatch.orders.turns import ROUNDS, level_of
 from bench.mismatch.orders.weak import LEAK, Stage, WeakOrder, gain_of
 from bench.simulation.frame import FloatArray
 from bench.simulation.laws import MODES, Law, resonant

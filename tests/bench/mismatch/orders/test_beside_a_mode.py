@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from bench.mismatch.orders.discoveries import discoveries
-from bench.mismatch.orders.model import Given, TransmissionModel, begun
-from bench.mismatch.orders.model import _orders as look_for_orders
+from bench.mismatch.orders.model import GivenOrders, TransmissionModel, begun
 from bench.mismatch.orders.periodic import Pulse
+from bench.mismatch.orders.turns import find_orders
 from bench.mismatch.recordings.rows import Rows
 from bench.simulation.laws import resonant
 from tests.bench.mismatch.report import made
@@ -36,9 +36,9 @@ def model(pulses: tuple[Pulse, ...]) -> TransmissionModel:
     number = len(SPEEDS) * len(TORQUES) * 2
     none = np.zeros(frame.size)
     rows = Rows(frame, y, np.ones(frame.size), none, none, none)
-    out = begun(rows, np.arange(number) % 6 - 1, Given(KNOWN), ())
+    out = begun(rows, np.arange(number) % 6 - 1, GivenOrders(KNOWN), ())
     out.quiet = y
-    look_for_orders(out, y, 0)
+    find_orders(out, y, 0)
     return out
 
 

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from bench.mismatch.orders.model import Given, KnownOffset, TransmissionModel, analyse, begun, misleading
+from bench.mismatch.orders.model import GivenOrders, KnownOffset, TransmissionModel, begun
+from bench.mismatch.orders.turns import analyse, misleading
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.problem import nominal_base
 from bench.simulation.frame import Frame
@@ -40,7 +41,7 @@ def model(way: float) -> TransmissionModel:
     number = len(SPEEDS) * len(TORQUES) * 2
     base = nominal_base(TRANSMISSION_ERROR, ())
     numbers = np.arange(number)
-    begin = begun(rows, np.where(numbers % 6 == 0, -1, numbers), Given(KNOWN), base)
+    begin = begun(rows, np.where(numbers % 6 == 0, -1, numbers), GivenOrders(KNOWN), base)
     # the offset as the simulation alone has it, with states among the candidates
     return analyse(replace(begin, known=KnownOffset(2e-8 * own.torque, True, np.inf)), 0)
 

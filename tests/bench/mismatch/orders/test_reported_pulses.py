@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bench.mismatch.orders.defects import Defect
-from bench.mismatch.orders.model import Given, TransmissionModel
+from bench.mismatch.orders.model import GivenOrders, TransmissionModel
 from bench.mismatch.orders.periodic import Periodic, Pulse
 from bench.mismatch.orders.reported import of_pulses
 from bench.mismatch.orders.revolutions import Revolution
@@ -38,7 +38,7 @@ def model(orders: tuple[float, ...] = WEAK) -> TransmissionModel:
         np.ones(len(revolutions), dtype=bool),
         np.zeros(2, dtype=np.int64),
     )
-    out = TransmissionModel(rows, inside, revolutions, train, Given(KNOWN), folds, ())
+    out = TransmissionModel(rows, inside, revolutions, train, GivenOrders(KNOWN), folds, ())
     out.periodic = Periodic(calibrate(revolutions, vectors, np.full(vectors.shape, 1e-8), KNOWN), weak)
     out.noise = Mixture(NOISE**2, (), 500.0)
     return out

@@ -11,8 +11,9 @@ import pytest
 from numpy.typing import NDArray
 
 from bench.mismatch.discovery import ChannelOutcome
-from bench.mismatch.orders import model as orders
-from bench.mismatch.orders.model import Given, TransmissionModel
+from bench.mismatch.orders import turns
+from bench.mismatch.orders.model import GivenOrders, TransmissionModel, begun
+from bench.mismatch.orders.turns import analyse, learn
 from bench.mismatch.outcomes import of_transmission
 from bench.mismatch.recordings.rows import ANGLE_STEP, Rows
 from bench.mismatch.regression.problem import nominal_base
@@ -115,12 +116,12 @@ def campaign(whole: dict[float, int], concealed: float = 0.0) -> Campaign:
 
 def analysed(own: Campaign, parts: bool = True) -> TransmissionModel:
     """The model of a campaign; without ``parts`` the series is that of whole revolutions and of the offset's rows."""
-    model = orders.begun(own.rows, own.folds, Given(ORDERS), nominal_base(TRANSMISSION_ERROR, ()))
+    model = begun(own.rows, own.folds, GivenOrders(ORDERS), nominal_base(TRANSMISSION_ERROR, ()))
     assert len(model.parts) == SLOW_PARTS * len({p.direction for p in model.parts})
     if not parts:
         model.parts = ()
-    orders.analyse(model, 0)
-    orders.learn(model, 0)
+    analyse(model, 0)
+    learn(model, 0)
     return model
 
 
@@ -160,7 +161,7 @@ def test_slow_recordings_are_left_with_their_noise_and_nothing_is_named(both: Ca
 
 
 def test_whole_revolutions_alone_say_nothing_of_another_speed(both: Campaign, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(orders, "LEARNT", np.inf)
+    monkeypatch.setattr(turns, "LEARNT", np.inf)
     prediction = predicted(analysed(both, parts=False))
     assert both.left(prediction, ~both.slow) < 1.05
     assert both.left(prediction, both.slow & ~both.held_out) > 5.0
@@ -171,7 +172,7 @@ def test_the_offsets_rows_teach_the_series_what_parts_leave_open(
     both: Campaign, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Level and line of a part are free where it refines the series: its lowest orders are told by the offset."""
-    monkeypatch.setattr(orders, "LEARNT", np.inf)
+    monkeypatch.setattr(turns, "LEARNT", np.inf)
     prediction = predicted(analysed(both))
     assert both.left(prediction, both.slow & ~both.held_out) > 1.15
     assert both.left(prediction, both.held_out) > 1.15
@@ -210,10 +211,10 @@ def test_rows_of_a_direction_without_a_whole_revolution_calibrate_no_offset() ->
 
 
 def test_a_series_is_no_surer_for_rows_that_are_asked_again(both: Campaign, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(orders, "LEARNT", 0.0)
-    monkeypatch.setattr(orders, "LEARNINGS", 1)
+    monkeypatch.setattr(turns, "LEARNT", 0.0)
+    monkeypatch.setattr(turns, "LEARNINGS", 1)
     once = analysed(both).periodic
-    monkeypatch.setattr(orders, "LEARNINGS", 3)
+    monkeypatch.setattr(turns, "LEARNINGS", 3)
     thrice = analysed(both).periodic
     assert once is not None
     assert thrice is not None
