@@ -40,7 +40,7 @@ from bench.mismatch.regression.slots import Slot
 from bench.mismatch.regression.slow_noise import of_a_row
 from bench.mismatch.regression.state import Search
 from bench.mismatch.transmission import Task, ask_for_tone
-from bench.mismatch.unnamed.crossings import FINE_S, Finely, on_grid, sure_load, to_read
+from bench.mismatch.unnamed.crossings import FINE_S, FineResidual, clear_of_zero, on_grid, to_read
 from bench.mismatch.unnamed.ring_down import RingDown, ring_down
 from bench.mismatch.unnamed.structure import examine
 from bench.mismatch.who_reads_wrong import as_reported, mark, mark_load, of_load_motor, of_shaft, on_shaft
@@ -233,14 +233,15 @@ def _outcome(
 
 
 def _rings(out: Analysis, data: Dataset, given: Given, search: Search, reaction: Reaction | None) -> RingDown | None:
-    """Ringing of a torque after the load has crossed zero. Recordings in which it does are read once more."""
+    """Ringing of a torque after the load has changed its sign. Recordings in which it does are read once more."""
     channel, fitted = search.model.channel, (data.folds() >= 0).tolist()
-    sure = sure_load(data.density.get(LOAD_TORQUE, ()))
+    clear = clear_of_zero(data.density.get(LOAD_TORQUE, ()))
+    if clear is None:
+        return None
+    recordings = to_read(search.model.problem.rows.frame, clear, fitted).tolist()
 
-    def left() -> Iterator[Finely]:
-        for number, rows in finely(
-            data, channel, to_read(search.model.problem.rows.frame, sure, fitted).tolist(), FINE_S
-        ):
+    def left() -> Iterator[FineResidual]:
+        for number, rows in finely(data, channel, recordings, FINE_S):
             if channel != LOAD_TORQUE:
                 rows = replace(rows, frame=corrected(rows.frame, out.acting))
             if reaction is not None:
@@ -251,7 +252,7 @@ def _rings(out: Analysis, data: Dataset, given: Given, search: Search, reaction:
             if found is not None:
                 yield found
 
-    return ring_down(left(), sure, fitted)
+    return ring_down(left(), clear, fitted)
 
 
 def _as_warm_as_it_is(

@@ -26,7 +26,7 @@ from bench.mismatch.recordings.rows import Rows, error_of_mean
 from bench.mismatch.regression.excess import levelled
 from bench.mismatch.regression.problem import CHANNELS, BaseTerm
 from bench.mismatch.unnamed import following
-from bench.mismatch.unnamed.crossings import on_grid, sure_load, to_read
+from bench.mismatch.unnamed.crossings import clear_of_zero, on_grid, to_read
 from bench.mismatch.unnamed.orders_of_tone import made_by_tone, tone_on_rows
 from bench.mismatch.unnamed.ring_down import RingDown, ring_down
 from bench.mismatch.unnamed.structure import examine, look_for_tone
@@ -147,9 +147,11 @@ class Task:
     def _rings(self, outcome: ChannelOutcome) -> RingDown | None:
         """Ringing after the load torque has crossed zero."""
         frame, left = outcome.rows.frame, np.where(outcome.usable, outcome.left, np.nan)
-        fitted, sure = (self.data.folds() >= 0).tolist(), sure_load(self.data.density.get(LOAD_TORQUE, ()))
-        found = (on_grid(frame, left, number) for number in to_read(frame, sure, fitted).tolist())
-        return ring_down((finely for finely in found if finely is not None), sure, fitted)
+        fitted, clear = (self.data.folds() >= 0).tolist(), clear_of_zero(self.data.density.get(LOAD_TORQUE, ()))
+        if clear is None:
+            return None
+        found = (on_grid(frame, left, number) for number in to_read(frame, clear, fitted).tolist())
+        return ring_down((residual for residual in found if residual is not None), clear, fitted)
 
     def _model(self, tone: FloatArray | None, known: KnownOffset | None) -> TransmissionModel:
         data, given, rows = self.data, self.given, self.rows

@@ -23,10 +23,11 @@ def runs_of(data: Dataset, channel: str, recordings: Sequence[int]) -> list[Run]
 
 
 def finely(data: Dataset, channel: str, recordings: Sequence[int], step: float) -> Iterator[tuple[int, Rows]]:
-    """Rows of a torque, each of about ``step`` s, in the ``recordings`` that have it, by their numbers; those of one
-    file together.
+    """Rows of a torque, each of about ``step`` s, in the ``recordings`` that have it and samples as close, by their
+    numbers; those of one file together.
     """
-    for _, group in groupby(sorted(recordings), key=lambda number: id(data.parts[number].recording)):
+    close = [number for number in recordings if data.parts[number].recording.sample_rate * step > 0.5]
+    for _, group in groupby(sorted(close), key=lambda number: id(data.parts[number].recording)):
         numbers = list(group)
         recording = data.parts[numbers[0]].recording
         whole = prepare(recording, numbers[0], data.folder, data.travelled.get(str(recording.path), 0.0))

@@ -49,8 +49,10 @@ class Bursts:
     louder: float
 
 
-def bursts(search: Search) -> Bursts | None:
-    """Loud blocks of what a channel's model leaves, of the length that shows them best; None where too few can tell."""
+def bursts(search: Search, known: NDArray[np.bool_] | None = None) -> Bursts | None:
+    """Loud blocks of what a channel's model leaves, of the length that shows them best; None where too few can tell.
+    ``known`` (n,): rows of the channel that are loud by something that was found.
+    """
     model = search.model
     problem = model.problem
     rows = np.flatnonzero(problem.train)
@@ -62,6 +64,7 @@ def bursts(search: Search) -> Bursts | None:
     mean = model.bank.whitening.by_recording(model.bank.one * left) / np.maximum(model.bank.energy, 1e-300)
     left = left - np.repeat(mean, np.diff(starts)) * model.bank.one
     settled = np.ones(frame.size) if problem.spec.integral else _well_inside(settled_rows(frame), starts)
+    settled = settled if known is None else settled * ~known[rows]
     memory = 3.0 * model.noise.memory
     lengths = dict.fromkeys((max(criteria.BLOCK_S, memory), max(EVENT_S, memory)))
     looks = [

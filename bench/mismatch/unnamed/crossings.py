@@ -1,7 +1,7 @@
-"""Moments at which the load torque passes zero in motion, and what a model leaves after them, and elsewhere.
+"""Moments at which the load torque changes its sign in motion, and what a model leaves after them, and elsewhere.
 
-The load has passed zero where it was surely on one side before and is surely on the other after: by a few standard
-deviations of its sensor. Where the motion turns soon after that, the moment is that of the turn.
+The load has changed its sign where it was clear of zero on one side before and is clear of it on the other after. Where
+the motion turns soon after that, the moment is that of the turn.
 """
 
 from __future__ import annotations
@@ -21,21 +21,23 @@ FINE_S = 0.02
 WINDOW_S = 2.0
 """after a crossing; of what fades more slowly this shows the begin"""
 SHORTEST_S = 1.0
-"""window after which the motion may end, or the load cross zero again: three halves of the slowest period"""
+"""window after which the motion may end, or the load change its sign again: three halves of the slowest period"""
 AFTER_S = 1.5
 """time after a start or a reversal in which the control loops are felt (as long as rows are short there)"""
 SOON_S = 0.5
-"""from a crossing to the turn that made it: a load that friction holds changes its side as the motion turns"""
+"""from a crossing to the turn that made it: a load that friction holds changes its sign as the motion turns"""
 MOST_RECORDINGS = 16
 """that are looked at: each is read once more"""
 SURE_OF = 3.0
-"""standard deviations of the sensor about zero that are no side"""
+"""standard deviations of the sensor, beyond which the sign of the load torque counts"""
 MISSING = 0.1
 """share of a window that may be missing, and is bridged by straight lines"""
+ROUNDING = 1e-6
+"""relative error of a difference of times"""
 
 
 @dataclass(frozen=True, slots=True)
-class Finely:
+class FineResidual:
     """What a model leaves (n,) of one recording in steps of :data:`FINE_S`, nan where it is not compared; their frame,
     whose ``elapsed`` is the time of each step.
     """
@@ -44,27 +46,27 @@ class Finely:
     left: FloatArray
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Window:
-    """What is left (k,) in a window of a recording that begins at ``start`` s; whether a start or reversal is felt in
-    it.
+    """What is left (k,) in a window of a recording that begins at ``start`` s; whether that is just ``after_start`` or
+    a reversal.
     """
 
     recording: int
     start: float
     left: FloatArray
-    lively: bool
+    after_start: bool
 
 
-def sure_load(densities: Sequence[Density]) -> float:
-    """Load torque that is surely no zero, N·m, by the noise that spectra of the load torque show; 0 where they are too
-    few to tell.
+def clear_of_zero(densities: Sequence[Density]) -> float | None:
+    """Smallest load torque that is distinguished from zero, N·m, by the noise that spectra of the load torque show;
+    None where they are too few to tell.
     """
     noise = mixture(densities)
-    return 0.0 if noise is None else SURE_OF * float(np.sqrt(noise.variance))
+    return None if noise is None else SURE_OF * float(np.sqrt(noise.variance))
 
 
-def on_grid(frame: Frame, left: FloatArray, recording: int) -> Finely | None:
+def on_grid(frame: Frame, left: FloatArray, recording: int) -> FineResidual | None:
     """What is ``left`` (n,), nan where nothing is compared, at the rows of a ``frame`` of one recording in steps of
     :data:`FINE_S`: the mean of the rows in each, or the next row where none is; None where rows are longer than two.
     """
@@ -72,48 +74,49 @@ def on_grid(frame: Frame, left: FloatArray, recording: int) -> Finely | None:
     if at.size < 2:
         return None
     times = frame.elapsed[at]
-    if float(np.median(np.diff(times))) > 2.0 * FINE_S:
+    if float(np.median(np.diff(times))) > 2.0 * FINE_S * (1.0 + ROUNDING):
         return None
     grid = np.arange(times[0], times[-1], FINE_S)
-    nearest = at[np.searchsorted(0.5 * (times[1:] + times[:-1]), grid)]
+    next_to = np.searchsorted(0.5 * (times[1:] + times[:-1]), grid)
     step = np.minimum(np.rint((times - times[0]) / FINE_S).astype(np.int64), grid.size - 1)
     good = np.isfinite(left[at])
     number = np.bincount(step[good], minlength=grid.size)
     mean = np.bincount(step[good], left[at][good], grid.size) / np.maximum(number, 1.0)
-    return Finely(replace(frame.take(nearest), elapsed=grid), np.where(number > 0, mean, left[nearest]))
+    # between rows of a gap nothing is known
+    near = np.where(np.abs(times[next_to] - grid) > FINE_S * (1.0 + ROUNDING), np.nan, left[at][next_to])
+    return FineResidual(replace(frame.take(at[next_to]), elapsed=grid), np.where(number > 0, mean, near))
 
 
-def to_read(frame: Frame, sure: float, fitted: Sequence[bool]) -> IntArray:
-    """Recordings in which a load torque of more than ``sure`` changes its side in motion, those with the most first;
-    then others that start or reverse, with which these are compared. At most :data:`MOST_RECORDINGS`, half of them
-    others, and fitted ones before those held out; none where the load passes zero in none.
+def to_read(frame: Frame, clear: float, fitted: Sequence[bool]) -> IntArray:
+    """Recordings in which a load torque that is ``clear`` of zero changes its sign in motion, those with the most
+    first; then others that start or reverse, with which these are compared. At most :data:`MOST_RECORDINGS`, half of
+    them others where there are so many, and fitted ones before those held out; none where the load changes its sign in
+    none.
     """
     moving = np.flatnonzero((frame.direction != 0) & np.isfinite(frame.torque_level))
     size = 1 + int(frame.recording.max(initial=0))
     crossed, turned = np.zeros(size), np.zeros(size)
-    sides = moving[np.abs(frame.torque_level[moving]) > sure]
+    sides = moving[np.abs(frame.torque_level[moving]) > clear]
     for out, rows, values in ((crossed, sides, frame.torque_level), (turned, moving, frame.direction)):
         recording, sign = frame.recording[rows], np.sign(values[rows])
         out += np.bincount(recording[1:][(recording[1:] == recording[:-1]) & (sign[1:] != sign[:-1])], minlength=size)
     held_out = ~np.asarray(fitted, dtype=bool)[:size]
-    first = np.lexsort((-crossed, held_out))
-    first = first[crossed[first] > 0][: MOST_RECORDINGS // 2]
-    if first.size == 0:
-        return first
     others = np.lexsort((-turned, held_out))
     others = others[(crossed[others] == 0) & np.isin(others, frame.recording[moving]) & ~held_out[others]]
-    return np.concatenate((first, others))[:MOST_RECORDINGS]
+    first = np.lexsort((-crossed, held_out))
+    first = first[crossed[first] > 0][: MOST_RECORDINGS - min(others.size, MOST_RECORDINGS // 2)]
+    return np.concatenate((first, others))[:MOST_RECORDINGS] if first.size else first
 
 
-def crossings(frame: Frame, sure: float) -> IntArray:
-    """Steps of a recording in motion at which a load torque of more than ``sure`` has changed its side, or the first
-    after a turn that comes soon.
+def crossings(frame: Frame, clear: float) -> IntArray:
+    """Steps of a recording in motion at which a load torque that is ``clear`` of zero has changed its sign, or the
+    first after a turn that comes soon.
     """
     torque = frame.torque
-    sides = np.flatnonzero(np.abs(torque) > sure)
+    sides = np.flatnonzero(np.abs(torque) > clear)
     sign = np.sign(torque[sides])
     changed = np.flatnonzero(sign[1:] != sign[:-1])
-    turned = np.flatnonzero(np.diff(frame.direction) != 0) + 1
+    turned = _turned(frame)
     out: list[int] = []
     soon = round(SOON_S / FINE_S)
     for a, b in zip(sides[changed], sides[changed + 1], strict=True):
@@ -123,36 +126,48 @@ def crossings(frame: Frame, sure: float) -> IntArray:
     return np.unique(np.asarray(out, dtype=np.int64))
 
 
-def windows(finely: Finely, sure: float) -> tuple[list[Window], list[Window]]:
-    """Windows after crossings, and those that follow none."""
-    frame = finely.frame
+def _turned(frame: Frame) -> IntArray:
+    """Steps at which the motion starts, ends or turns."""
+    return np.asarray(np.flatnonzero(np.diff(frame.direction) != 0) + 1)
+
+
+def windows(residual: FineResidual, clear: float) -> tuple[list[Window], list[Window]]:
+    """Windows after crossings, and reference windows, which follow none. How a recording that begins in motion was
+    started is not known: its first :data:`AFTER_S` are no reference.
+    """
+    frame = residual.frame
     longest, shortest, soon = (round(length / FINE_S) for length in (WINDOW_S, SHORTEST_S, SOON_S))
-    turned = np.flatnonzero(np.diff(frame.direction) != 0) + 1
-    at = crossings(frame, sure)
-    struck = np.zeros(frame.size, dtype=bool)
+    turned, at = _turned(frame), crossings(frame, clear)
+    after_start = np.zeros(frame.size, dtype=bool)
+    for k in turned:
+        after_start[k : k + round(AFTER_S / FINE_S)] = True
+    taken = np.zeros(frame.size, dtype=bool)
     for k in at:
-        struck[max(k - soon, 0) : k + longest] = True
-    edges = np.flatnonzero(np.diff(struck)) + 1
+        taken[max(k - soon, 0) : k + longest] = True
+    if frame.size and frame.direction[0] != 0:
+        taken[: round(AFTER_S / FINE_S)] = True
+    edges = np.flatnonzero(np.diff(taken)) + 1
     ends = np.unique(np.concatenate((turned, at, [frame.size])))
 
     def window(begin: int, ends: IntArray) -> Window | None:
         end = min(int(ends[np.searchsorted(ends, begin, side="right")]), begin + longest)
         if end - begin < shortest or not np.all(frame.direction[begin:end]):
             return None
-        left = _bridged(finely.left[begin:end])
-        lively = bool(frame.reversal_time[begin] < AFTER_S)
-        return None if left is None else Window(int(frame.recording[0]), float(frame.elapsed[begin]), left, lively)
+        left = _bridged(residual.left[begin:end])
+        if left is None:
+            return None
+        return Window(int(frame.recording[0]), float(frame.elapsed[begin]), left, bool(after_start[begin]))
 
     found = [w for w in (window(k, ends) for k in at.tolist()) if w is not None]
-    rest: list[Window] = []
+    reference: list[Window] = []
     parts = np.unique(np.concatenate((ends, edges)))
     begins = np.unique(np.concatenate(([0], turned, edges)))
     for part in begins[begins < frame.size].tolist():
         last = int(parts[np.searchsorted(parts, part, side="right")])
         for begin in range(part, last, longest):
-            one = None if struck[begin] else window(begin, parts)
-            rest += [] if one is None else [one]
-    return found, rest
+            one = None if taken[begin] else window(begin, parts)
+            reference += [] if one is None else [one]
+    return found, reference
 
 
 def _bridged(left: FloatArray) -> FloatArray | None:

@@ -1,25 +1,25 @@
-"""Ring-down: a play that the load torque crosses is flung over, and what is free in it rings and fades.
+"""Ring-down: when the load torque changes its sign, the gearbox crosses its play and may swing freely for a moment.
 
 A torque's rows are as long as a second, so they do not show it. What the model leaves is looked at in short steps from
-each moment in motion at which the load torque passes zero (:mod:`bench.mismatch.unnamed.crossings`). Beside a
+each moment in motion at which the load torque changes its sign (:mod:`bench.mismatch.unnamed.crossings`). Beside a
 parabola and what settles a decaying oscillation is fitted to each such window: frequency and decay are common to all,
 size and phase each window's own. How much more it explains than a step or a knee at the best place is compared with
-windows that follow no such moment, those after starts and reversals with those after starts and reversals: a control
-loop rings in both. An order or a tone rings in all windows of a recording, so what quiet windows of the recording show
-at the same frequency is taken off.
+reference windows of the same length that follow no such moment, those after starts and reversals with those after
+starts and reversals: a control loop rings in both. An order or a tone rings in all windows of a recording, so the mean
+gain of its quiet windows is taken off.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import minimize
 
 from bench.mismatch import criteria
 from bench.mismatch.regression.maxima import tail_probability
-from bench.mismatch.unnamed.crossings import FINE_S, Finely, Window, windows
+from bench.mismatch.unnamed.crossings import FINE_S, FineResidual, Window, windows
 from bench.simulation.frame import FloatArray, Frame
 
 SLOWEST_HZ, FASTEST_HZ, RATIO = 1.5, 12.5, 1.06
@@ -31,12 +31,13 @@ LONGEST_S, INSIDE = 3.2, 0.99
 SETTLES_S = (0.1, 0.4)
 """time constants with which what is no oscillation settles after a load or a speed has changed"""
 FEWEST_PERIODS = 0.5
-"""within which it fades to 1/e: what fades sooner swings back by less than a third, and is told from nothing that
-settles
-"""
+"""within which it fades to 1/e: what fades sooner looks like something that settles"""
 FEWEST = 4
 """crossings, and windows of each kind, below which nobody can say that they are alike"""
-SURROGATES = 199
+SURROGATES, MORE_SURROGATES = 199, 1800
+"""at first, and where these say that it is rare: a rate of 0.25 % is then counted"""
+LENGTHS_S = (2.0, 1.5, 1.0)
+"""of windows that are compared with each other"""
 MOST_GROUPS = 10
 """that are left out one after another to tell how sure frequency and decay are"""
 EVERY = 5
@@ -54,7 +55,7 @@ class Ringing:
 
     frequency: tuple[float, float]
     decay: tuple[float, float | None]
-    size: tuple[float, float]
+    size: tuple[float, float | None]
     rings: tuple[tuple[int, FloatArray, FloatArray], ...]
 
     def on_rows(self, frame: Frame) -> FloatArray:
@@ -82,113 +83,136 @@ class RingDown:
 
 
 @dataclass(frozen=True, slots=True)
-class _Compared:
-    """Windows after crossings that decide, those that they are compared with, and the gain of each beyond what quiet
-    windows of its recording have (windows, frequencies, decays), a step.
+class _Alike:
+    """Windows of one length: those after crossings that decide, and reference windows, with the recording (k,) and the
+    gain of each (k, frequencies, decays) beyond the mean of the quiet reference windows of its recording.
     """
 
     events: list[Window]
-    others: list[Window]
+    reference: list[Window]
     of_events: FloatArray
-    of_others: FloatArray
+    of_reference: FloatArray
 
-    def alike(self, event: Window) -> list[int]:
-        """Numbers of the windows that an event is compared with: of its kind and recording, or of its kind where its
-        recording has too few.
+    def pools(self) -> list[list[int]]:
+        """Numbers of the reference windows that each event is compared with: those after starts with those after
+        starts, of its own recording where that has enough.
         """
-        kind = [k for k, w in enumerate(self.others) if w.lively == event.lively]
-        own = [k for k in kind if self.others[k].recording == event.recording]
-        return own if len(own) >= FEWEST else kind
+        out = []
+        for event in self.events:
+            kind = [k for k, w in enumerate(self.reference) if w.after_start == event.after_start]
+            own = [k for k in kind if self.reference[k].recording == event.recording]
+            out.append(own if len(own) >= FEWEST else kind)
+        return out
+
+    def quiet(self, recording: int) -> list[int]:
+        """Numbers of the quiet reference windows of a recording."""
+        return _quiet(self.reference, recording)
 
 
-def ring_down(recordings: Iterable[Finely], sure: float, fitted: Sequence[bool]) -> RingDown | None:
-    """Ringing after a load torque of more than ``sure`` N·m has changed its side in some ``recordings``, of which some
-    are ``fitted``: these decide. None where it cannot be told.
+def ring_down(recordings: Iterable[FineResidual], clear: float, fitted: Sequence[bool]) -> RingDown | None:
+    """Ringing after a load torque that is ``clear`` of zero, N·m, has changed its sign in some ``recordings``, of which
+    some are ``fitted``: these decide. None where it cannot be told.
     """
     events: list[Window] = []
-    others: list[Window] = []
-    for finely in recordings:
-        found, rest = windows(finely, sure)
+    reference: list[Window] = []
+    for residual in recordings:
+        found, rest = windows(residual, clear)
         events += found
-        others += [w for w in rest if fitted[w.recording]]
-    compared = _compared([w for w in events if fitted[w.recording]], others)
-    if compared is None:
+        reference += [w for w in rest if fitted[w.recording]]
+    alike = _alike([w for w in events if fitted[w.recording]], reference)
+    deciding = [w for group in alike for w in group.events]
+    if len(deciding) < FEWEST:
         return None
-    sizes = np.array([w.left.size for w in compared.events])
-    gain, first = _clearest(np.tensordot(sizes, compared.of_events, 1))
-    p = tail_probability(_surrogates(compared, sizes), gain)
+    gain, first = _clearest(np.sum([group.of_events.sum(axis=0) for group in alike], axis=0))
+    rng = np.random.default_rng(len(deciding))
+    drawn = _surrogates(alike, SURROGATES, rng)
+    if tail_probability(drawn, gain) < criteria.ERROR_RATE_OF_A_CHANNEL:
+        # what decides is counted
+        drawn = np.append(drawn, _surrogates(alike, MORE_SURROGATES, rng))
+    p = tail_probability(drawn, gain)
     if p > criteria.ERROR_RATE_OF_A_CHANNEL:
         return RingDown(p)
-    return RingDown(p, _ringing(events, compared, np.array(first)))
+    return RingDown(p, _ringing(events, deciding, reference, np.array(first)))
 
 
-def _compared(events: list[Window], others: list[Window]) -> _Compared | None:
-    """Windows that can be compared: of recordings that have quiet windows, and of kinds of which there are enough; None
-    where too few follow a crossing.
+def _alike(events: Sequence[Window], reference: Sequence[Window]) -> list[_Alike]:
+    """Windows in groups of one length, the longest that an event, :data:`FEWEST` quiet windows of its recording and as
+    many windows of its kind have. What noise gains in a window depends on its length.
     """
-    quiet = [w.recording for w in others if not w.lively]
-    known = {r for r in quiet if quiet.count(r) >= FEWEST}
-    others = [w for w in others if w.recording in known]
-    kinds = {kind for kind in (False, True) if sum(w.lively == kind for w in others) >= FEWEST}
-    events = [w for w in events if w.recording in known and w.lively in kinds]
-    if len(events) < FEWEST:
-        return None
-    of_events, of_others = _gains(events), _gains(others)
-    off_events, off_others = np.zeros_like(of_events), np.zeros_like(of_others)
-    for recording in known:
-        own = [k for k, w in enumerate(others) if w.recording == recording and not w.lively]
-        total = of_others[own].sum(axis=0)
-        for k, window in enumerate(events):
-            if window.recording == recording:
-                off_events[k] = total / len(own)
-        for k, window in enumerate(others):
-            if window.recording == recording:
-                mine = k in own
-                off_others[k] = (total - mine * of_others[k]) / (len(own) - mine)
-    return _Compared(events, others, of_events - off_events, of_others - off_others)
-
-
-def _surrogates(compared: _Compared, sizes: np.ndarray[tuple[int], np.dtype[np.int64]]) -> FloatArray:
-    """Largest gain of as many windows that follow no crossing, drawn at random (SURROGATES,)."""
-    rng = np.random.default_rng(len(compared.events))
-    pools = [compared.alike(event) for event in compared.events]
-    out = np.empty(SURROGATES)
-    for k in range(SURROGATES):
-        drawn = [pool[rng.integers(len(pool))] for pool in pools]
-        out[k] = _clearest(np.tensordot(sizes, compared.of_others[drawn], 1))[0]
+    out = []
+    rest = list(events)
+    for length in LENGTHS_S:
+        steps = round(length / FINE_S)
+        cut = [replace(w, left=w.left[:steps]) for w in reference if w.left.size >= steps]
+        known = {r for r in {w.recording for w in cut} if len(_quiet(cut, r)) >= FEWEST}
+        cut = [w for w in cut if w.recording in known]
+        kinds = {kind for kind in (False, True) if sum(w.after_start == kind for w in cut) >= FEWEST}
+        chosen = [w for w in rest if w.left.size >= steps and w.recording in known and w.after_start in kinds]
+        rest = [w for w in rest if w not in chosen]
+        if chosen:
+            chosen = [replace(w, left=w.left[:steps]) for w in chosen]
+            of_events, of_reference = _gains(chosen), _gains(cut)
+            usual = {r: of_reference[_quiet(cut, r)].mean(axis=0) for r in known}
+            of_events = of_events - np.array([usual[w.recording] for w in chosen])
+            out.append(_Alike(chosen, cut, of_events, of_reference - np.array([usual[w.recording] for w in cut])))
     return out
 
 
-def _ringing(events: Sequence[Window], compared: _Compared, first: FloatArray) -> Ringing:
+def _quiet(some: Sequence[Window], recording: int) -> list[int]:
+    """Numbers of the windows of a recording that are not just after a start."""
+    return [k for k, w in enumerate(some) if w.recording == recording and not w.after_start]
+
+
+def _surrogates(alike: Sequence[_Alike], number: int, rng: np.random.Generator) -> FloatArray:
+    """Largest gain (number,) of as many reference windows drawn at random, each beyond a mean of quiet windows that are
+    drawn as well: that mean is no surer.
+    """
+    out = np.zeros((number, _frequencies().size, len(DECAYS_S)))
+    for group in alike:
+        wider = np.ones(len(group.reference))
+        for recording in {w.recording for w in group.reference}:
+            quiet = group.quiet(recording)
+            # a mean of its own was taken off each
+            wider[quiet] = np.sqrt(len(quiet) / (len(quiet) - 1.0))
+        gains = group.of_reference * wider[:, None, None]
+        of_recording = {w.recording: group.quiet(w.recording) for w in group.events}
+        for pool in group.pools():
+            out += gains[rng.choice(pool, number)]
+        for recording, quiet in of_recording.items():
+            times = sum(w.recording == recording for w in group.events)
+            drawn = rng.multinomial(len(quiet), np.full(len(quiet), 1.0 / len(quiet)), number) / len(quiet)
+            out -= times * np.tensordot(drawn, gains[quiet], 1)
+    return np.array([_clearest(gain)[0] for gain in out])
+
+
+def _ringing(
+    events: Sequence[Window], deciding: Sequence[Window], reference: Sequence[Window], first: FloatArray
+) -> Ringing:
     """What rings after ``events``, by those that decide; ``first``: about its frequency and decay."""
-    deciding = compared.events
     whole = _refined(deciding, first)
-    parts = _groups(deciding)
-    each = np.array([_refined([w for w in deciding if w not in part], whole) for part in parts])
+    each = np.array([_refined(rest, whole) for rest in _without_each_group(deciding)])
     spread = _jackknife(each)
-    squares = [_ring(window, whole) for window in events]
-    less = [_of_noise(compared, window, whole) for window in events]
-    size_of = [_square(one, whole[1], noise) for one, noise in zip(squares, less, strict=True)]
-    size = float(np.sqrt(max(float(np.mean(size_of)), 0.0)))
-    error = float(np.std(size_of, ddof=1) / np.sqrt(len(size_of))) / max(2.0 * size, 1e-300)
+    noise = _Noise(reference, whole)
+    squares = [_square(_rings([w], whole)[0], whole[1], noise.of(w)) for w in deciding]
+    size = float(np.sqrt(max(float(np.mean(squares)), 0.0)))
+    error = float(np.std(squares, ddof=1) / np.sqrt(len(squares))) / (2.0 * size) if size > 0.0 else None
     rings = []
-    for window, one, noise in zip(events, squares, less, strict=True):
-        share = max(0.0, 1.0 - noise * one.size / max(float(one.sum()), 1e-300))
+    for window, one in zip(events, _rings(events, whole), strict=True):
+        share = max(0.0, 1.0 - noise.of(window) * one.size / max(float(one.sum()), 1e-300))
         rings.append((window.recording, window.start + FINE_S * np.arange(float(one.size)), share * one))
     inside = max(float(each[:, 1].max()), float(whole[1])) < INSIDE * LONGEST_S
     decay = float(whole[1]), float(spread[1]) if inside else None
     return Ringing((float(whole[0]), float(spread[0])), decay, (size, error), tuple(rings))
 
 
-def _groups(deciding: Sequence[Window]) -> list[list[Window]]:
-    """Groups of windows that are left out one after another: recordings, or parts of the one that has all of them."""
+def _without_each_group(deciding: Sequence[Window]) -> list[list[Window]]:
+    """Windows without those of each recording, or of each part of the one that has all of them; of at most
+    :data:`MOST_GROUPS` groups.
+    """
     recordings = sorted({w.recording for w in deciding})
-    numbers = [w.recording for w in deciding] if len(recordings) > 1 else list(range(len(deciding)))
-    order = {number: k % MOST_GROUPS for k, number in enumerate(sorted(set(numbers)))}
-    groups: dict[int, list[Window]] = {}
-    for window, number in zip(deciding, numbers, strict=True):
-        groups.setdefault(order[number], []).append(window)
-    return list(groups.values())
+    numbers = [recordings.index(w.recording) for w in deciding] if len(recordings) > 1 else list(range(len(deciding)))
+    group = np.asarray(numbers) % MOST_GROUPS
+    return [[deciding[k] for k in np.flatnonzero(group != g).tolist()] for g in np.unique(group)]
 
 
 def _jackknife(each: FloatArray) -> FloatArray:
@@ -199,11 +223,20 @@ def _jackknife(each: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt((number - 1.0) / number * np.sum((each - each.mean(axis=0)) ** 2, axis=0)))
 
 
-def _of_noise(compared: _Compared, window: Window, whole: FloatArray) -> float:
-    """Mean square that such an oscillation has in windows that follow no crossing, of the recording or else of all."""
-    own = [w for w in compared.others if w.recording == window.recording and w.lively == window.lively]
-    kind = own or [w for w in compared.others if w.lively == window.lively] or compared.others
-    return float(np.mean([_ring(w, whole).mean() for w in kind]))
+class _Noise:
+    """Mean square that an oscillation has in reference windows, by recording and kind, or by kind alone."""
+
+    def __init__(self, reference: Sequence[Window], whole: FloatArray) -> None:
+        by_kind: dict[tuple[int | None, bool], list[float]] = {}
+        for window, squares in zip(reference, _rings(reference, whole), strict=True):
+            for recording in (window.recording, None):
+                by_kind.setdefault((recording, window.after_start), []).append(float(squares.mean()))
+        self._mean = {key: float(np.mean(values)) for key, values in by_kind.items()}
+
+    def of(self, window: Window) -> float:
+        """Mean square in windows like one."""
+        kind = window.after_start
+        return self._mean.get((window.recording, kind), self._mean.get((None, kind), 0.0))
 
 
 def _frequencies() -> FloatArray:
@@ -229,16 +262,17 @@ class _Stack:
 
     which: list[int]
     left: FloatArray
-    beside_step: FloatArray
+    left_by_step: FloatArray
 
     def gain(self, frequency: float, decay: float) -> FloatArray:
-        """Log-likelihood of an oscillation less that of a step or a knee (windows,), a step of time."""
+        """Log-likelihood of an oscillation less that of a step or a knee (windows,)."""
         slow, ring = _columns(self.left.shape[1], frequency, decay)
         basis = np.linalg.qr(ring - slow @ (slow.T @ ring))[0]
         square = np.sum(self.left**2, axis=1)
         beside = square - np.sum((self.left @ basis) ** 2, axis=1)
         least = np.maximum(1e-12 * square, 1e-300)
-        return np.asarray(0.5 * np.log(np.maximum(self.beside_step, least) / np.maximum(beside, least)))
+        ratio = np.maximum(self.left_by_step, least) / np.maximum(beside, least)
+        return np.asarray(0.5 * self.left.shape[1] * np.log(ratio))
 
 
 def _stacked(some: Sequence[Window]) -> list[_Stack]:
@@ -259,8 +293,8 @@ def _stacked(some: Sequence[Window]) -> list[_Stack]:
 
 
 def _gains(some: Sequence[Window]) -> FloatArray:
-    """Gain of each window for each frequency and decay (windows, frequencies, decays), a step of time; 0 of what
-    fades at once.
+    """Gain of each window for each frequency and decay (windows, frequencies, decays); 0 of what fades at
+    once.
     """
     out = np.zeros((len(some), _frequencies().size, len(DECAYS_S)))
     for stack in _stacked(some):
@@ -290,10 +324,9 @@ def _refined(some: Sequence[Window], first: FloatArray) -> FloatArray:
 
     def cost(logarithms: FloatArray) -> float:
         frequency, decay = (float(v) for v in np.exp(logarithms))
-        return -float(sum(stack.left.shape[1] * np.sum(stack.gain(frequency, decay)) for stack in stacked))
+        return -float(sum(np.sum(stack.gain(frequency, decay)) for stack in stacked))
 
-    lowest = np.log([SLOWEST_HZ / RATIO, 0.5 * DECAYS_S[0]])
-    highest = np.log([FASTEST_HZ * RATIO, LONGEST_S])
+    lowest, highest = np.log([SLOWEST_HZ, DECAYS_S[0]]), np.log([FASTEST_HZ, LONGEST_S])
     start = np.log(first) + FIRST_STEP * np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
     found = minimize(
         cost,
@@ -305,12 +338,17 @@ def _refined(some: Sequence[Window], first: FloatArray) -> FloatArray:
     return np.asarray(np.exp(found.x))
 
 
-def _ring(window: Window, whole: FloatArray) -> FloatArray:
-    """Square of what rings in a window, from step to step."""
-    slow, ring = _columns(window.left.size, float(whole[0]), float(whole[1]))
-    both = np.column_stack([slow, ring])
-    coefficients = np.linalg.lstsq(both, window.left, rcond=None)[0][slow.shape[1] :]
-    return np.asarray((ring @ coefficients) ** 2)
+def _rings(some: Sequence[Window], whole: FloatArray) -> list[FloatArray]:
+    """Square of what rings in each window, from step to step."""
+    out = [np.zeros(0)] * len(some)
+    for size in {w.left.size for w in some}:
+        which = [k for k, w in enumerate(some) if w.left.size == size]
+        slow, ring = _columns(size, float(whole[0]), float(whole[1]))
+        values = np.array([some[k].left for k in which]).T
+        found = np.linalg.lstsq(np.column_stack([slow, ring]), values, rcond=None)[0][slow.shape[1] :]
+        for k, one in zip(which, (ring @ found).T, strict=True):
+            out[k] = np.asarray(one**2)
+    return out
 
 
 def _square(squares: FloatArray, decay: float, noise: float) -> float:

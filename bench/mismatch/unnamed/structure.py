@@ -53,13 +53,13 @@ def examine(
     """Test what an outcome leaves, and add what the tests find to it, but for a tone (:func:`look_for_tone`).
     ``rings``: what was seen to ring after the load torque has crossed zero.
     """
-    loud = bursts(search)
     ringing = None if rings is None else rings.ringing
     if ringing is not None and ringing.size[0] < np.sqrt(2.0) * criteria.LEAST_STRENGTH * outcome.floor:
         ringing = None
     if rings is not None and ringing is not None:
         outcome.discoveries.append(_of_ring_down(ringing, rings.p_value, outcome))
-        loud = None if loud is None else _beside(loud, ringing, outcome, search)
+    least = criteria.LEAST_STRENGTH * outcome.floor
+    loud = bursts(search, None if ringing is None else ringing.on_rows(search.model.problem.rows.frame) > least)
     counts = loud is not None and _counts(loud, outcome, search)
     if loud is not None and counts and loud.p_value < criteria.ERROR_RATE_OF_A_CHANNEL:
         found = _of_bursts(loud, outcome, search)
@@ -90,7 +90,7 @@ def examine(
     if rings is not None:
         p = rings.p_value
         looks["rings"] = Look(
-            f"ringing after the load torque crosses zero (p {p:.2g})", p, p if ringing or not rings.ringing else 1.0
+            f"ringing after the load torque changes its sign (p {p:.2g})", p, p if ringing or not rings.ringing else 1.0
         )
     if louder is not None:
         p = louder.p_value
@@ -253,12 +253,6 @@ def _of_tone(found: Tone, outcome: ChannelOutcome) -> Discovery:
     )
 
 
-def _beside(loud: Bursts, rings: Ringing, outcome: ChannelOutcome, search: Search) -> Bursts:
-    """Loud blocks without the rows in which something rings by more than is told of anything."""
-    ringing = rings.on_rows(search.model.problem.rows.frame)[loud.rows] > criteria.LEAST_STRENGTH * outcome.floor
-    return replace(loud, rows=loud.rows[~ringing])
-
-
 def _of_ring_down(found: Ringing, p_value: float, outcome: ChannelOutcome) -> Discovery:
     """Ringing as a finding without a name: its phase is each crossing's own, nothing predicts it."""
     symbols = (
@@ -271,8 +265,8 @@ def _of_ring_down(found: Ringing, p_value: float, outcome: ChannelOutcome) -> Di
         UNKNOWN,
         1.0 - p_value,
         outcome.channel,
-        f"ringing of {found.frequency[0]:.3g} Hz that fades after the load torque crosses zero",
-        f"{outcome.channel} += a*exp(-t/T)*sin(2*pi*f*t + phase of each), t: since the load torque crossed zero",
+        f"ringing of {found.frequency[0]:.3g} Hz that fades after the load torque changes its sign",
+        f"{outcome.channel} += a*exp(-t/T)*sin(2*pi*f*t + phase of each), t: since the load torque changed its sign",
         ("torque",),
         tuple({"symbol": s, "value": value, "unit": unit, "std": std} for s, value, std, unit in symbols),
         np.zeros(outcome.rows.size),

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from bench.mismatch import criteria
-from bench.mismatch.unnamed.crossings import FINE_S, Finely, crossings, on_grid, to_read, windows
+from bench.mismatch.unnamed.crossings import FINE_S, FineResidual, crossings, on_grid, to_read, windows
 from bench.mismatch.unnamed.ring_down import RingDown, Ringing, ring_down
 from bench.simulation.frame import ARRAYS, FloatArray, Frame, concatenate
 
@@ -79,13 +79,13 @@ def looked(where: str, seed: int = 1, missing: float = 0.0) -> RingDown | None:
     """The look at a campaign in which the steps after crossings are ``missing`` for so many seconds."""
     frames = campaign(seed)
 
-    def left() -> Iterator[Finely]:
+    def left() -> Iterator[FineResidual]:
         for number in to_read(concatenate(frames), SURE, [True] * RECORDINGS).tolist():
             values = left_in(frames[number], where, seed)
             for moment in CROSSINGS:
                 after = frames[number].elapsed - moment
                 values[(after > 0.0) & (after < missing)] = np.nan
-            yield Finely(frames[number], values + 0.3)
+            yield FineResidual(frames[number], values + 0.3)
 
     return ring_down(left(), SURE, [True] * RECORDINGS)
 
@@ -114,6 +114,39 @@ def test_what_is_no_ringing_of_crossings_is_not_told(where: str, seed: int) -> N
     assert found is not None
     assert found.p_value > criteria.ERROR_RATE_OF_A_CHANNEL
     assert found.ringing is None
+
+
+def noise_alone(seed: int, period: float, seconds: float, recordings: int) -> RingDown | None:
+    """The look at white noise in recordings in motion, whose load goes up and down with a ``period`` in s."""
+    elapsed = np.arange(0.0, seconds, FINE_S)
+    load = 100.0 * (1.0 - 4.0 * np.abs(np.mod(elapsed / period, 1.0) - 0.5))
+    values: dict[str, FloatArray] = {name: np.zeros(elapsed.size) for name in ARRAYS}
+    values |= {"elapsed": elapsed, "direction": np.ones(elapsed.size), "torque": load, "torque_level": load}
+    own = [{**values, "recording": np.full(elapsed.size, k, dtype=np.int64)} for k in range(recordings)]
+    rng = np.random.default_rng(seed)
+    left = (FineResidual(Frame(ratio=185.0, **v), rng.normal(size=elapsed.size)) for v in own)  # type: ignore[arg-type]
+    return ring_down(left, SURE, [True] * recordings)
+
+
+@pytest.mark.parametrize(
+    ("period", "seconds", "recordings"),
+    [(7.2, 60.0, 3), (8.4, 60.0, 3), (20.0, 120.0, 1), (5.4, 60.0, 2)],
+    ids=["windows of two lengths", "of two others", "one recording", "hardly a quiet window"],
+)
+def test_in_noise_a_chance_is_as_rare_as_it_says(period: float, seconds: float, recordings: int) -> None:
+    found = [noise_alone(seed, period, seconds, recordings) for seed in range(40)]
+    chances = np.array([1.0 if one is None else one.p_value for one in found])
+    assert np.sum(chances < 0.05) <= 6  # of 40 with a chance of 0.05 each: more in one of 100
+    assert np.sum(chances < criteria.ERROR_RATE_OF_A_CHANNEL) <= 1
+
+
+def test_the_begin_of_a_recording_in_motion_is_no_start() -> None:
+    frame = recording(5, True)
+    moving = Frame(**{name: getattr(frame, name) for name in ARRAYS} | {"ratio": 185.0, "direction": np.ones(STEPS)})
+    struck, reference = windows(FineResidual(moving, np.zeros(STEPS)), SURE)
+    assert len(struck) == len(CROSSINGS)
+    assert not any(w.after_start for w in reference)
+    assert min(w.start for w in reference) >= 1.5
 
 
 def test_crossings_are_told_beside_starts_that_ring_as_much() -> None:
@@ -160,7 +193,7 @@ def test_a_load_at_zero_that_scatters_crosses_nothing() -> None:
 def test_fitted_recordings_are_read_first() -> None:
     frames = concatenate([recording(number, number < 12) for number in range(14)])
     fitted = [number >= 6 for number in range(14)]
-    assert to_read(frames, SURE, fitted).tolist() == [6, 7, 8, 9, 10, 11, 0, 1, 12, 13]
+    assert to_read(frames, SURE, fitted).tolist() == [6, 7, 8, 9, 10, 11, 0, 1, 2, 3, 4, 5, 12, 13]
 
 
 def test_a_crossing_at_a_turn_counts_from_the_turn() -> None:
@@ -172,9 +205,9 @@ def test_a_crossing_at_a_turn_counts_from_the_turn() -> None:
 
 def test_windows_after_crossings_and_others_do_not_meet() -> None:
     frame = recording(0, True)
-    struck, others = windows(Finely(frame, np.zeros(STEPS)), SURE)
+    struck, others = windows(FineResidual(frame, np.zeros(STEPS)), SURE)
     assert len(struck) == len(CROSSINGS)
-    assert {w.lively for w in others} == {False, True}
+    assert {w.after_start for w in others} == {False, True}
     begin = np.array([w.start for w in others])
     end = begin + FINE_S * np.array([w.left.size for w in others])
     for one in struck:
@@ -188,7 +221,12 @@ def test_rows_of_another_length_are_told_in_equal_steps() -> None:
         finely = on_grid(frame.take(rows), wave[rows], 2)
         assert finely is not None
         assert np.allclose(np.diff(finely.frame.elapsed), FINE_S)
-        assert np.max(np.abs(finely.left - np.sin(2.0 * np.pi * 2.0 * finely.frame.elapsed))) < most
+        assert np.nanmax(np.abs(finely.left - np.sin(2.0 * np.pi * 2.0 * finely.frame.elapsed))) < most
+        assert np.mean(np.isfinite(finely.left)) > 0.9
+    gap = np.flatnonzero((frame.elapsed < 10.0) | (frame.elapsed > 12.0))
+    finely = on_grid(frame.take(gap), wave[gap], 2)
+    assert finely is not None
+    assert np.isnan(finely.left[(finely.frame.elapsed > 10.1) & (finely.frame.elapsed < 11.9)]).all()
     coarse = np.arange(0, STEPS, 5)
     assert on_grid(frame.take(coarse), wave[coarse], 2) is None
     assert on_grid(frame, wave, 1) is None
