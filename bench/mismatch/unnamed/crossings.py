@@ -29,7 +29,7 @@ SOON_S = 0.5
 MOST_RECORDINGS = 16
 """that are looked at: each is read once more"""
 SURE_OF = 3.0
-"""standard deviations of the sensor, beyond which the sign of the load torque counts"""
+"""standard deviations of the sensor's noise in a step, beyond which the sign of the load torque counts"""
 MISSING = 0.1
 """share of a window that may be missing, and is bridged by straight lines"""
 ROUNDING = 1e-6
@@ -59,11 +59,14 @@ class Window:
 
 
 def clear_of_zero(densities: Sequence[Density]) -> float | None:
-    """Smallest load torque that is distinguished from zero, N·m, by the noise that spectra of the load torque show;
-    None where they are too few to tell.
+    """Smallest load torque that is distinguished from zero in a step, N·m, by the noise that spectra of the load torque
+    show; None where they are too few to tell.
     """
     noise = mixture(densities)
-    return None if noise is None else SURE_OF * float(np.sqrt(noise.variance))
+    if noise is None:
+        return None
+    step = noise.of_means(np.array([noise.rate * FINE_S]), np.array([FINE_S]))
+    return SURE_OF * float(np.sqrt(step[0]))
 
 
 def on_grid(frame: Frame, left: FloatArray, recording: int) -> FineResidual | None:

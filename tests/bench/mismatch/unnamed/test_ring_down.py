@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from bench.mismatch import criteria
-from bench.mismatch.unnamed.crossings import FINE_S, FineResidual, crossings, on_grid, to_read, windows
+from bench.mismatch.recordings.vibration import Density
+from bench.mismatch.unnamed.crossings import FINE_S, FineResidual, clear_of_zero, crossings, on_grid, to_read, windows
 from bench.mismatch.unnamed.ring_down import RingDown, Ringing, ring_down
 from bench.simulation.frame import ARRAYS, FloatArray, Frame, concatenate
 
@@ -188,6 +189,15 @@ def test_a_load_at_zero_that_scatters_crosses_nothing() -> None:
     assert crossings(at_zero, 5.0 * SURE / 3.0).size == 0
     assert to_read(at_zero, 5.0 * SURE / 3.0, [True]).size == 0
     assert to_read(recording(1, False), SURE, [True] * 2).size == 0
+
+
+def test_the_sign_of_a_load_counts_beyond_the_noise_of_a_step() -> None:
+    """Ten samples of white noise of 3.2 N·m make 1 N·m: a bearing that drags by 6 N·m turns the sign."""
+    rate, seconds = 500.0, 10.0
+    power = np.full(round(0.5 * rate * seconds) + 1, 2.0 * 3.2**2 / rate, dtype=np.float32)
+    clear = clear_of_zero([Density(k, power, 1.0 / seconds, 100.0, rate, 0.02) for k in range(5)])
+    assert clear == pytest.approx(3.0 * 3.2 / np.sqrt(10.0), rel=0.05)
+    assert clear_of_zero([]) is None
 
 
 def test_fitted_recordings_are_read_first() -> None:
