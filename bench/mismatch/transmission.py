@@ -9,8 +9,9 @@ from functools import partial
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.discovery import AMBIGUOUS, ChannelOutcome, Discovery
+from bench.mismatch.discovery import AMBIGUOUS, UNNAMED, ChannelOutcome, Discovery
 from bench.mismatch.given import Given
+from bench.mismatch.orders.courses import EFFECTS
 from bench.mismatch.orders.misread import torque_check
 from bench.mismatch.orders.model import GivenOrders, KnownOffset, TransmissionModel, begun
 from bench.mismatch.orders.of_motor import multiples
@@ -25,6 +26,7 @@ from bench.mismatch.recordings.read_again import runs_of
 from bench.mismatch.recordings.rows import Rows, error_of_mean
 from bench.mismatch.regression.excess import levelled
 from bench.mismatch.regression.problem import CHANNELS, BaseTerm
+from bench.mismatch.report.figures import strength
 from bench.mismatch.unnamed import following
 from bench.mismatch.unnamed.crossings import clear_of_zero, on_grid, to_read
 from bench.mismatch.unnamed.orders_of_tone import made_by_tone, tone_on_rows
@@ -203,14 +205,21 @@ class Task:
 def _put(told: Discovery, state: bool, outcome: ChannelOutcome) -> None:
     """Put orders that follow something among an outcome's findings. How an order that the simulation has not depends on
     what is recorded is a property of that order; of a ``state`` nothing recorded tells. A law of the same orders, with
-    one of several names that are not told apart, is a part of the same.
+    one of several names that are not told apart, is a part of the same; and so is a smaller function of one quantity
+    beside something without a name, whose form is known roughly.
     """
     names = {told.effect, *(a.effect for a in told.alternatives if a.as_good)}
+    same = [d for d in outcome.discoveries if d.orders and set(d.orders) <= set(told.orders)]
     if told.status == AMBIGUOUS:
-        same = [d for d in outcome.discoveries if d.effect in names and d.orders and set(d.orders) <= set(told.orders)]
-        outcome.discoveries = [d for d in outcome.discoveries if all(d is not law for law in same)]
-        for law in same:
-            told = _joined(told, law)
+        same = [d for d in same if d.effect in names]
+    elif told.effect == UNNAMED:
+        size = strength(told, outcome)
+        same = [d for d in same if d.effect in EFFECTS.values() and strength(d, outcome) < size]
+    else:
+        same = []
+    outcome.discoveries = [d for d in outcome.discoveries if all(d is not law for law in same)]
+    for law in same:
+        told = _joined(told, law)
     plain = next((d for d in outcome.discoveries if d.effect == HARMONIC), None)
     if plain is None or state or not set(told.orders) <= set(plain.orders):
         outcome.discoveries.append(told)

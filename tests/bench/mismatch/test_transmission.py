@@ -5,11 +5,14 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any, cast
 
+import numpy as np
 import pytest
 
 from bench.mismatch import transmission
+from bench.mismatch.discovery import NAMED, UNKNOWN, UNNAMED, Discovery
 from bench.mismatch.transmission import Task
 from bench.mismatch.unnamed import following
+from bench.simulation.terms import TRANSMISSION_ERROR
 
 TAKEN = object()
 
@@ -76,3 +79,32 @@ def test_an_offset_that_misled_the_orders_is_taken_off_if_less_is_left_then(
     model, _ = Task(nothing, nothing, nothing, (), (), (), True, 0).searched()
     assert (cast("Any", model).known is offset) == taken
     assert closed == [None]  # two banks never stand side by side
+
+
+def of_orders(effect: str, status: str, orders: tuple[float, ...], size: float) -> Discovery:
+    """A discovery of some orders that adds ``size`` to each of ten rows."""
+    described = (effect, status, 0.9, TRANSMISSION_ERROR, effect, effect, ("temperature",))
+    return Discovery(*described, (), np.full(10, size), 50.0, 0.001, (), orders=orders)
+
+
+@pytest.mark.parametrize(
+    ("law", "stays"),
+    [
+        (of_orders("te.temperature_nonlinear", NAMED, (1.0,), 0.5), False),  # a part of what has no name
+        (of_orders("te.temperature_nonlinear", NAMED, (1.0,), 2.0), True),  # larger than that
+        (of_orders("te.temperature_nonlinear", NAMED, (1.0, 3.0), 0.5), True),  # of other orders as well
+        (of_orders("te.resonance", NAMED, (1.0,), 0.5), True),  # no function of one quantity
+        (of_orders("te.temperature_nonlinear", NAMED, (), 0.5), True),  # of the offset
+    ],
+)
+def test_a_smaller_function_beside_something_without_a_name_on_the_same_order_is_a_part_of_it(
+    law: Discovery, stays: bool
+) -> None:
+    told = of_orders(UNNAMED, UNKNOWN, (1.0,), 1.0)
+    rows = SimpleNamespace(number=np.ones(10))
+    outcome: Any = SimpleNamespace(discoveries=[law], rows=rows, usable=np.ones(10, dtype=bool), floor=1.0)
+    transmission._put(told, True, outcome)
+    assert any(d is law for d in outcome.discoveries) == stays
+    whole = outcome.discoveries[-1]
+    assert whole.effect == UNNAMED
+    assert whole.added[0] == pytest.approx(1.0 if stays else 1.5)
