@@ -23,7 +23,7 @@ from bench.mismatch.outcomes import of_search, slots_of
 from bench.mismatch.power_zeros import REST, UNNAMED, Zeros, of_model
 from bench.mismatch.power_zeros import chosen as zeros_chosen
 from bench.mismatch.prediction import corrected
-from bench.mismatch.problems import capacity_of, periodicity_of, problem_of, usable, wandering_zero
+from bench.mismatch.problems import capacity_of, less_fixed, periodicity_of, problem_of, usable, wandering_zero
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.read_again import finely
 from bench.mismatch.recordings.rows import HEAT_S, Rows
@@ -40,7 +40,7 @@ from bench.mismatch.regression.slots import Slot
 from bench.mismatch.regression.slow_noise import of_a_row
 from bench.mismatch.regression.state import Search
 from bench.mismatch.transmission import Task, ask_for_tone
-from bench.mismatch.unnamed.crossings import FINE_S, FineResidual, clear_of_zero, on_grid, to_read
+from bench.mismatch.unnamed.crossings import FINE_S, FineResidual, on_grid
 from bench.mismatch.unnamed.ring_down import RingDown, ring_down
 from bench.mismatch.unnamed.structure import examine
 from bench.mismatch.who_reads_wrong import as_reported, mark, mark_load, of_load_motor, of_shaft, on_shaft
@@ -234,25 +234,18 @@ def _outcome(
 
 def _rings(out: Analysis, data: Dataset, given: Given, search: Search, reaction: Reaction | None) -> RingDown | None:
     """Ringing of a torque after the load has changed its sign. Recordings in which it does are read once more."""
-    channel, fitted = search.model.channel, (data.folds() >= 0).tolist()
-    clear = clear_of_zero(data.density.get(LOAD_TORQUE, ()))
-    if clear is None:
-        return None
-    recordings = to_read(search.model.problem.rows.frame, clear, fitted).tolist()
+    channel = search.model.channel
 
-    def left() -> Iterator[FineResidual]:
+    def left(recordings: Sequence[int]) -> Iterator[FineResidual | None]:
         for number, rows in finely(data, channel, recordings, FINE_S):
             if channel != LOAD_TORQUE:
                 rows = replace(rows, frame=corrected(rows.frame, out.acting))
             if reaction is not None:
                 rows = replace(rows, y=rows.y - reaction.on_rows(rows.frame))
-            rows = problem_of(data, given, channel, rows, ()).rows
-            off = rows.y - search.model.predict(rows.frame)
-            found = on_grid(rows.frame, np.where(usable(channel, rows), off, np.nan), number)
-            if found is not None:
-                yield found
+            off = less_fixed(given, channel, rows).y - search.model.predict(rows.frame)
+            yield on_grid(rows.frame, np.where(usable(channel, rows), off, np.nan), number)
 
-    return ring_down(left(), clear, fitted)
+    return ring_down(search.model.problem.rows.frame, data.density.get(LOAD_TORQUE, ()), data.folds() >= 0, left)
 
 
 def _as_warm_as_it_is(

@@ -67,6 +67,17 @@ def wandering_zero(data: Dataset, rows: Rows, zero: float, capacity: float, row:
     return BaseTerm(WanderingZero(most), zero_precisions(rows.frame, torque, zero, capacity, most))
 
 
+def less_fixed(given: Given, channel: str, rows: Rows) -> Rows:
+    """Rows less what the simulation says of a channel that is not calibrated: geometry, given waves and ripple."""
+    taken = fixed_part(channel, rows.frame, given.switched_off)
+    given_waves = given.waves.get(channel, ())
+    if given_waves:
+        taken = taken + on_rows(given_waves, rows)
+    if channel == MOTOR_TORQUE and given.ripples:
+        taken = taken + on_rows(given.ripples, rows, rows.frame.theta)
+    return replace(rows, y=rows.y - taken)
+
+
 def problem_of(
     data: Dataset,
     given: Given,
@@ -79,13 +90,7 @@ def problem_of(
     stand beside the simulation.
     """
     base = [*base_of(given, channel, rows), *nuisances]
-    taken = fixed_part(channel, rows.frame, given.switched_off)
-    given_waves = given.waves.get(channel, ())
-    if given_waves:
-        taken = taken + on_rows(given_waves, rows)
-    if channel == MOTOR_TORQUE and given.ripples:
-        taken = taken + on_rows(given.ripples, rows, rows.frame.theta)
-    rows = replace(rows, y=rows.y - taken)
+    rows = less_fixed(given, channel, rows)
     mixture = noise.mixture(data.density.get(channel, []))
     return ChannelProblem(
         channel,

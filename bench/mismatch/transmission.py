@@ -28,7 +28,7 @@ from bench.mismatch.regression.excess import levelled
 from bench.mismatch.regression.problem import CHANNELS, BaseTerm
 from bench.mismatch.report.figures import strength
 from bench.mismatch.unnamed import following
-from bench.mismatch.unnamed.crossings import clear_of_zero, on_grid, to_read
+from bench.mismatch.unnamed.crossings import on_grid
 from bench.mismatch.unnamed.orders_of_tone import made_by_tone, tone_on_rows
 from bench.mismatch.unnamed.ring_down import RingDown, ring_down
 from bench.mismatch.unnamed.structure import examine, look_for_tone
@@ -147,13 +147,10 @@ class Task:
         return model, outcome, ask_for_tone(outcome, self.data, model, self.seed)
 
     def _rings(self, outcome: ChannelOutcome) -> RingDown | None:
-        """Ringing after the load torque has crossed zero."""
+        """Ringing after the load torque has changed its sign. Rows over the angle are mostly short enough for it."""
         frame, left = outcome.rows.frame, np.where(outcome.usable, outcome.left, np.nan)
-        fitted, clear = (self.data.folds() >= 0).tolist(), clear_of_zero(self.data.density.get(LOAD_TORQUE, ()))
-        if clear is None:
-            return None
-        found = (on_grid(frame, left, number) for number in to_read(frame, clear, fitted).tolist())
-        return ring_down((residual for residual in found if residual is not None), clear, fitted)
+        densities, fitted = self.data.density.get(LOAD_TORQUE, ()), self.data.folds() >= 0
+        return ring_down(frame, densities, fitted, lambda some: (on_grid(frame, left, number) for number in some))
 
     def _model(self, tone: FloatArray | None, known: KnownOffset | None) -> TransmissionModel:
         data, given, rows = self.data, self.given, self.rows

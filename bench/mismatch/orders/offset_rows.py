@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.mismatch.orders.revolutions import Revolution, Seen, scattered
-from bench.mismatch.recordings.rows import LIVELY_S, SLOW_S, Rows, blocks, changes, lively, reduced
+from bench.mismatch.recordings.rows import LIVELY_S, SLOW_S, Rows, blocks, changed, changes, lively, reduced
 from bench.mismatch.regression.noise import MEMORIES_S, Mixture, fitted, of_samples
 from bench.simulation.frame import FloatArray, Frame, IntArray
 from bench.simulation.terms.base import top
@@ -29,9 +29,7 @@ def offset_rows(rows: Rows, y: FloatArray, inside: NDArray[np.bool_]) -> tuple[R
     """
     frame = rows.frame
     width = np.where(lively(frame), LIVELY_S, SLOW_S)
-    change = np.zeros(frame.size, dtype=bool)
-    for values in (frame.recording, frame.steady, frame.direction, inside):
-        change[1:] |= values[1:] != values[:-1]
+    change = changed(frame.recording, frame.steady, frame.direction, inside)
     step = frame.step.copy()
     step[np.append(True, frame.recording[1:] != frame.recording[:-1])] = 0.0
     limits = changes(top(frame.torque), top(frame.velocity))
@@ -70,10 +68,7 @@ def _straight(frame: Frame, number: FloatArray) -> FloatArray:
     """
     out = frame.torque.copy()
     most = float(changes(top(frame.torque), 0.0)[1])
-    change = np.zeros(frame.size, dtype=bool)
-    for values in (frame.recording, frame.steady, frame.direction):
-        change[1:] |= values[1:] != values[:-1]
-    edges = [0, *np.flatnonzero(change).tolist(), frame.size]
+    edges = [0, *np.flatnonzero(changed(frame.recording, frame.steady, frame.direction)).tolist(), frame.size]
     for a, b in itertools.pairwise(edges):
         if frame.steady[a] < 0.5 or b - a < FEWEST_ON_A_LINE or not number[a:b].any():
             continue

@@ -43,7 +43,7 @@ _CHANGES = 40
 """parts of the largest speed, and of the largest load, by which they may change inside a block"""
 _MOSTLY = 90.0
 """percentile of the changes within the shortest block"""
-_JUST_AFTER_S, _JUST_AFTER_RAD = 1.5, 0.05
+JUST_AFTER_S, _JUST_AFTER_RAD = 1.5, 0.05
 """time and distance after a start or reversal in which blocks are short"""
 
 
@@ -82,7 +82,7 @@ def join(parts: Sequence[Rows]) -> Rows:
 
 def lively(frame: Frame) -> NDArray[np.bool_]:
     """Rows just after a start or a reversal."""
-    return np.asarray((frame.reversal_time < _JUST_AFTER_S) & (frame.reversal_travel < _JUST_AFTER_RAD))
+    return np.asarray((frame.reversal_time < JUST_AFTER_S) & (frame.reversal_travel < _JUST_AFTER_RAD))
 
 
 def settled_rows(frame: Frame) -> NDArray[np.bool_]:
@@ -104,7 +104,7 @@ def slow_rows(prepared: Prepared, channel: str, manner: Manner) -> Rows:
     step = min(TORQUE_STEP, float(np.ptp(frame.q)) / _CHANGES) if free else TORQUE_STEP
     samples_per_step = step * rate / np.maximum(np.abs(frame.velocity), 1e-12)
     width = np.minimum(width, np.maximum(samples_per_step, shortest))
-    parting: IntArray = np.cumsum(_changes(frame.direction, prepared.label, prepared.corner))
+    parting: IntArray = np.cumsum(changed(frame.direction, prepared.label, prepared.corner))
     limits = changes(torque, manner.speed)
     if free:
         limits = np.maximum(limits, _in_a_moment(frame, max(1, round(shortest))))
@@ -192,7 +192,7 @@ def _in_a_moment(frame: Frame, step: int) -> FloatArray:
     return np.array([float(np.percentile(values, _MOSTLY)) for values in moved])
 
 
-def _changes(*values: NDArray[Any]) -> NDArray[np.bool_]:
+def changed(*values: NDArray[Any]) -> NDArray[np.bool_]:
     """Where any of the values differs from the one before (n,)."""
     out = np.zeros(values[0].size, dtype=bool)
     for column in values:
@@ -202,7 +202,7 @@ def _changes(*values: NDArray[Any]) -> NDArray[np.bool_]:
 
 def _edges(progress: FloatArray, *parting: NDArray[Any]) -> IntArray:
     """First index of each block: one ends where ``progress`` passes a whole number or a ``parting`` value changes."""
-    change = _changes(np.floor(progress), *parting)
+    change = changed(np.floor(progress), *parting)
     change[0] = True
     return np.flatnonzero(change).astype(np.int64)
 

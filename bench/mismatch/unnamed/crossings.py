@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.mismatch.recordings.rows import JUST_AFTER_S
 from bench.mismatch.recordings.vibration import Density
 from bench.mismatch.regression.noise import mixture
 from bench.simulation.frame import FloatArray, Frame, IntArray
@@ -22,8 +23,6 @@ WINDOW_S = 2.0
 """after a crossing; of what fades more slowly this shows the begin"""
 SHORTEST_S = 1.0
 """window after which the motion may end, or the load change its sign again: three halves of the slowest period"""
-AFTER_S = 1.5
-"""time after a start or a reversal in which the control loops are felt (as long as rows are short there)"""
 SOON_S = 0.5
 """from a crossing to the turn that made it: a load that friction holds changes its sign as the motion turns"""
 MOST_RECORDINGS = 16
@@ -136,19 +135,19 @@ def _turned(frame: Frame) -> IntArray:
 
 def windows(residual: FineResidual, clear: float) -> tuple[list[Window], list[Window]]:
     """Windows after crossings, and reference windows, which follow none. How a recording that begins in motion was
-    started is not known: its first :data:`AFTER_S` are no reference.
+    started is not known: its first :data:`~bench.mismatch.recordings.rows.JUST_AFTER_S` are no reference.
     """
     frame = residual.frame
     longest, shortest, soon = (round(length / FINE_S) for length in (WINDOW_S, SHORTEST_S, SOON_S))
     turned, at = _turned(frame), crossings(frame, clear)
     after_start = np.zeros(frame.size, dtype=bool)
     for k in turned:
-        after_start[k : k + round(AFTER_S / FINE_S)] = True
+        after_start[k : k + round(JUST_AFTER_S / FINE_S)] = True
     taken = np.zeros(frame.size, dtype=bool)
     for k in at:
         taken[max(k - soon, 0) : k + longest] = True
     if frame.size and frame.direction[0] != 0:
-        taken[: round(AFTER_S / FINE_S)] = True
+        taken[: round(JUST_AFTER_S / FINE_S)] = True
     edges = np.flatnonzero(np.diff(taken)) + 1
     ends = np.unique(np.concatenate((turned, at, [frame.size])))
 

@@ -11,15 +11,18 @@ gain of its quiet windows is taken off.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from bench.mismatch import criteria
+from bench.mismatch.recordings.vibration import Density
 from bench.mismatch.regression.maxima import tail_probability
-from bench.mismatch.unnamed.crossings import FINE_S, FineResidual, Window, windows
+from bench.mismatch.unnamed.crossings import FINE_S, FineResidual, Window, clear_of_zero, to_read, windows
 from bench.simulation.frame import FloatArray, Frame
 
 SLOWEST_HZ, FASTEST_HZ, RATIO = 1.5, 12.5, 1.06
@@ -84,8 +87,8 @@ class RingDown:
 
 @dataclass(frozen=True, slots=True)
 class _Alike:
-    """Windows of one length: those after crossings that decide, and reference windows, with the recording (k,) and the
-    gain of each (k, frequencies, decays) beyond the mean of the quiet reference windows of its recording.
+    """Windows of one length: those after crossings that decide, and reference windows, with the gain of each
+    (k, frequencies, decays) beyond the mean of the quiet reference windows of its recording.
     """
 
     events: list[Window]
@@ -104,12 +107,25 @@ class _Alike:
             out.append(own if len(own) >= FEWEST else kind)
         return out
 
-    def quiet(self, recording: int) -> list[int]:
-        """Numbers of the quiet reference windows of a recording."""
-        return _quiet(self.reference, recording)
+
+def ring_down(
+    frame: Frame,
+    densities: Sequence[Density],
+    fitted: NDArray[np.bool_],
+    read: Callable[[Sequence[int]], Iterable[FineResidual | None]],
+) -> RingDown | None:
+    """Ringing after the load torque, whose spectra have ``densities``, has changed its sign in recordings that rows of
+    a ``frame`` show, of which some are ``fitted`` (recordings,): these decide. None where it cannot be told. ``read``:
+    what is left of recordings, by their numbers.
+    """
+    clear, chosen = clear_of_zero(densities), fitted.tolist()
+    if clear is None:
+        return None
+    found = read(to_read(frame, clear, chosen).tolist())
+    return after_crossings((residual for residual in found if residual is not None), clear, chosen)
 
 
-def ring_down(recordings: Iterable[FineResidual], clear: float, fitted: Sequence[bool]) -> RingDown | None:
+def after_crossings(recordings: Iterable[FineResidual], clear: float, fitted: Sequence[bool]) -> RingDown | None:
     """Ringing after a load torque that is ``clear`` of zero, N·m, has changed its sign in some ``recordings``, of which
     some are ``fitted``: these decide. None where it cannot be told.
     """
@@ -169,17 +185,16 @@ def _surrogates(alike: Sequence[_Alike], number: int, rng: np.random.Generator) 
     """
     out = np.zeros((number, _frequencies().size, len(DECAYS_S)))
     for group in alike:
-        wider = np.ones(len(group.reference))
-        for recording in {w.recording for w in group.reference}:
-            quiet = group.quiet(recording)
+        quiet_of = {r: _quiet(group.reference, r) for r in {w.recording for w in group.reference}}
+        gains = group.of_reference.copy()
+        for quiet in quiet_of.values():
             # a mean of its own was taken off each
-            wider[quiet] = np.sqrt(len(quiet) / (len(quiet) - 1.0))
-        gains = group.of_reference * wider[:, None, None]
-        of_recording = {w.recording: group.quiet(w.recording) for w in group.events}
+            gains[quiet] *= np.sqrt(len(quiet) / (len(quiet) - 1.0))
         for pool in group.pools():
             out += gains[rng.choice(pool, number)]
-        for recording, quiet in of_recording.items():
-            times = sum(w.recording == recording for w in group.events)
+        events_of = Counter(w.recording for w in group.events)
+        for recording, times in events_of.items():
+            quiet = quiet_of[recording]
             drawn = rng.multinomial(len(quiet), np.full(len(quiet), 1.0 / len(quiet)), number) / len(quiet)
             out -= times * np.tensordot(drawn, gains[quiet], 1)
     return np.array([_clearest(gain)[0] for gain in out])
@@ -193,7 +208,7 @@ def _ringing(
     each = np.array([_refined(rest, whole) for rest in _without_each_group(deciding)])
     spread = _jackknife(each)
     noise = _Noise(reference, whole)
-    squares = [_square(_rings([w], whole)[0], whole[1], noise.of(w)) for w in deciding]
+    squares = [_square(one, whole[1], noise.of(w)) for w, one in zip(deciding, _rings(deciding, whole), strict=True)]
     size = float(np.sqrt(max(float(np.mean(squares)), 0.0)))
     error = float(np.std(squares, ddof=1) / np.sqrt(len(squares))) / (2.0 * size) if size > 0.0 else None
     rings = []
@@ -244,30 +259,43 @@ def _frequencies() -> FloatArray:
     return np.asarray(SLOWEST_HZ * RATIO ** np.arange(number))
 
 
-def _columns(size: int, frequency: float, decay: float) -> tuple[FloatArray, FloatArray]:
-    """What is no oscillation (size, 5), orthonormal, and the oscillation (size, 2)."""
+def _no_oscillation(size: int) -> FloatArray:
+    """A parabola and what settles (size, 5), orthonormal."""
+    settles = np.exp(-FINE_S * np.arange(size)[:, None] / np.asarray(SETTLES_S))
+    return np.asarray(np.linalg.qr(np.column_stack([np.vander(np.linspace(-1.0, 1.0, size), 3), settles]))[0])
+
+
+def _oscillation(size: int, frequency: float, decay: float) -> FloatArray:
+    """Cosine and sine that fade (size, 2)."""
     time = FINE_S * np.arange(size)
-    settles = np.exp(-time[:, None] / np.asarray(SETTLES_S))
-    slow = np.asarray(np.linalg.qr(np.column_stack([np.vander(np.linspace(-1.0, 1.0, size), 3), settles]))[0])
-    fading = np.exp(-time / decay)
-    angle = 2.0 * np.pi * frequency * time
-    return slow, np.column_stack([fading * np.cos(angle), fading * np.sin(angle)])
+    fading, angle = np.exp(-time / decay), 2.0 * np.pi * frequency * time
+    return np.column_stack([fading * np.cos(angle), fading * np.sin(angle)])
+
+
+def _by_size(some: Sequence[Window]) -> list[tuple[list[int], FloatArray]]:
+    """Windows of each size: which they are, and what is left in them (windows, size)."""
+    out = []
+    for size in sorted({w.left.size for w in some}):
+        which = [k for k, w in enumerate(some) if w.left.size == size]
+        out.append((which, np.array([some[k].left for k in which])))
+    return out
 
 
 @dataclass(frozen=True, slots=True)
 class _Stack:
-    """Windows of one size: which they are (``which``), what is ``left`` in them beside a parabola and what settles
-    (windows, size), and the sum of squares that a step or a knee leaves of that at best (windows,).
+    """Windows of one size: which they are (``which``), what is ``slow`` and no oscillation (size, 5), what is ``left``
+    in them beside that (windows, size), and the sum of squares that a step or a knee leaves of it at best (windows,).
     """
 
     which: list[int]
+    slow: FloatArray
     left: FloatArray
     left_by_step: FloatArray
 
     def gain(self, frequency: float, decay: float) -> FloatArray:
         """Log-likelihood of an oscillation less that of a step or a knee (windows,)."""
-        slow, ring = _columns(self.left.shape[1], frequency, decay)
-        basis = np.linalg.qr(ring - slow @ (slow.T @ ring))[0]
+        ring = _oscillation(self.left.shape[1], frequency, decay)
+        basis = np.linalg.qr(ring - self.slow @ (self.slow.T @ ring))[0]
         square = np.sum(self.left**2, axis=1)
         beside = square - np.sum((self.left @ basis) ** 2, axis=1)
         least = np.maximum(1e-12 * square, 1e-300)
@@ -278,17 +306,16 @@ class _Stack:
 def _stacked(some: Sequence[Window]) -> list[_Stack]:
     """Windows of each size, with what they hold beside what is no oscillation."""
     out = []
-    for size in sorted({w.left.size for w in some}):
-        which = [k for k, w in enumerate(some) if w.left.size == size]
-        values = np.array([some[k].left for k in which])
-        slow = _columns(size, 1.0, 1.0)[0]
+    for which, values in _by_size(some):
+        size = values.shape[1]
+        slow = _no_oscillation(size)
         left = values - (values @ slow) @ slow.T
         time = np.arange(size, dtype=np.float64)
         at = np.arange(EVERY, size - EVERY, EVERY)
         forms = np.hstack([time[:, None] >= at, np.maximum(time[:, None] - at, 0.0)])
         forms = forms - slow @ (slow.T @ forms)
         forms /= np.linalg.norm(forms, axis=0)
-        out.append(_Stack(which, left, np.sum(left**2, axis=1) - np.max((left @ forms) ** 2, axis=1)))
+        out.append(_Stack(which, slow, left, np.sum(left**2, axis=1) - np.max((left @ forms) ** 2, axis=1)))
     return out
 
 
@@ -341,11 +368,9 @@ def _refined(some: Sequence[Window], first: FloatArray) -> FloatArray:
 def _rings(some: Sequence[Window], whole: FloatArray) -> list[FloatArray]:
     """Square of what rings in each window, from step to step."""
     out = [np.zeros(0)] * len(some)
-    for size in {w.left.size for w in some}:
-        which = [k for k, w in enumerate(some) if w.left.size == size]
-        slow, ring = _columns(size, float(whole[0]), float(whole[1]))
-        values = np.array([some[k].left for k in which]).T
-        found = np.linalg.lstsq(np.column_stack([slow, ring]), values, rcond=None)[0][slow.shape[1] :]
+    for which, values in _by_size(some):
+        slow, ring = _no_oscillation(values.shape[1]), _oscillation(values.shape[1], *whole.tolist())
+        found = np.linalg.lstsq(np.column_stack([slow, ring]), values.T, rcond=None)[0][slow.shape[1] :]
         for k, one in zip(which, (ring @ found).T, strict=True):
             out[k] = np.asarray(one**2)
     return out

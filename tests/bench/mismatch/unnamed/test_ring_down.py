@@ -12,7 +12,7 @@ import pytest
 from bench.mismatch import criteria
 from bench.mismatch.recordings.vibration import Density
 from bench.mismatch.unnamed.crossings import FINE_S, FineResidual, clear_of_zero, crossings, on_grid, to_read, windows
-from bench.mismatch.unnamed.ring_down import RingDown, Ringing, ring_down
+from bench.mismatch.unnamed.ring_down import RingDown, Ringing, after_crossings
 from bench.simulation.frame import ARRAYS, FloatArray, Frame, concatenate
 
 NOISE = 0.05
@@ -88,7 +88,7 @@ def looked(where: str, seed: int = 1, missing: float = 0.0) -> RingDown | None:
                 values[(after > 0.0) & (after < missing)] = np.nan
             yield FineResidual(frames[number], values + 0.3)
 
-    return ring_down(left(), SURE, [True] * RECORDINGS)
+    return after_crossings(left(), SURE, [True] * RECORDINGS)
 
 
 def told(where: str, seed: int = 1, missing: float = 0.0) -> Ringing:
@@ -126,7 +126,7 @@ def noise_alone(seed: int, period: float, seconds: float, recordings: int) -> Ri
     own = [{**values, "recording": np.full(elapsed.size, k, dtype=np.int64)} for k in range(recordings)]
     rng = np.random.default_rng(seed)
     left = (FineResidual(Frame(ratio=185.0, **v), rng.normal(size=elapsed.size)) for v in own)  # type: ignore[arg-type]
-    return ring_down(left, SURE, [True] * recordings)
+    return after_crossings(left, SURE, [True] * recordings)
 
 
 @pytest.mark.parametrize(
