@@ -10,7 +10,7 @@ import numpy as np
 from bench.mismatch import criteria
 from bench.mismatch.calibrated_by_heat import CalibrationHeat, calibrated
 from bench.mismatch.discovery import ChannelOutcome, Discovery
-from bench.mismatch.given import LOAD_SIDE, SENSOR, Given, Known
+from bench.mismatch.given import LOAD_INERTIA, LOAD_SIDE, SENSOR, Given, Known
 from bench.mismatch.memory import give_back
 from bench.mismatch.orders.misread import ENCODER
 from bench.mismatch.orders.model import TransmissionModel
@@ -176,7 +176,8 @@ def analyse(
         give_back()
     if LOAD_TORQUE in out.outcomes:
         # the load's inertia makes its torque feel the orders, which are known only now
-        ask_for_tone(out.outcomes[LOAD_TORQUE], data, out.transmission, seed)
+        inertia = inertia_of(out.searches[LOAD_TORQUE].model, LOAD_INERTIA)
+        ask_for_tone(out.outcomes[LOAD_TORQUE], data, out.transmission, seed, inertia or None)
     return out
 
 
@@ -228,7 +229,9 @@ def _outcome(
     rings = None if channel == TEMPERATURE or data.linear else _rings(out, data, given, alone, reaction)
     examine(outcome, alone, data.density.get(channel, ()), seed, rings)
     if channel != LOAD_TORQUE:
-        ask_for_tone(outcome, data, out.transmission, seed)
+        # the angle that the load does not make is the motor's, u times as large
+        inertia = inertia_of(alone.model) * data.ratio if channel == MOTOR_TORQUE else 0.0
+        ask_for_tone(outcome, data, out.transmission, seed, inertia or None)
     return outcome
 
 

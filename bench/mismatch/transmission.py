@@ -267,11 +267,30 @@ def orders_of(model: TransmissionModel | None) -> tuple[float, ...]:
     return () if periodic is None else (*periodic.series.orders, *(w.order for w in periodic.weak))
 
 
-def ask_for_tone(outcome: ChannelOutcome, data: Dataset, model: TransmissionModel | None, seed: int) -> Tone | None:
+def largest_of(model: TransmissionModel | None) -> tuple[float, ...]:
+    """The largest amplitude of each of :func:`orders_of`, rad."""
+    periodic = None if model is None else model.periodic
+    if periodic is None:
+        return ()
+    # the monomials reach about 1 in the recordings
+    sides = [np.abs(amplitude).sum(axis=1) for amplitude in periodic.series.amplitude.values()]
+    return (*np.max(sides, axis=0).tolist(), *(float(np.abs(w.vectors).sum()) for w in periodic.weak))
+
+
+def ask_for_tone(
+    outcome: ChannelOutcome,
+    data: Dataset,
+    model: TransmissionModel | None,
+    seed: int,
+    inertia: float | None = None,
+) -> Tone | None:
     """Ask for a tone in a channel; the tone, if there is one. The gearbox's orders, of which the ``model`` of the
-    transmission error knows, are felt in the torques as well, most of all those that a mode makes large.
+    transmission error knows, are felt in the torques as well, by their ``inertia`` at the load side (kg·m²), most of
+    all those that a mode makes large; None where the orders themselves are in the channel.
     """
     channel = outcome.channel
     known = () if channel == TEMPERATURE else orders_of(model)
+    felt = [abs(inertia) * size for size in largest_of(model)] if known and inertia is not None else None
     runs = partial(runs_of, data, channel)
-    return look_for_tone(outcome, data.density.get(channel, ()), seed, known, data.unsteady.get(channel, ()), runs)
+    unsteady = data.unsteady.get(channel, ())
+    return look_for_tone(outcome, data.density.get(channel, ()), seed, known, unsteady, felt, runs)

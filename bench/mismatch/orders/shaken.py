@@ -40,10 +40,12 @@ def less_inertia(seen: Seen, inertia: float) -> Seen:
     return replace(seen, amplitude=seen.amplitude - inertia * seen.shaking)
 
 
-def inertia_of(model: ChannelModel) -> float:
-    """The inertia (kg·m²) that a model of the motor torque has, the simulation's or found; 0 where it has none."""
+def inertia_of(model: ChannelModel, effect: str = INERTIA) -> float:
+    """The inertia (kg·m²) that a model of the motor torque has, the simulation's or found; 0 where it has none.
+    ``effect``: the term of the load's inertia in a model of the load torque.
+    """
     blocks = [*model.base, *(block for chosen in model.chosen for block in chosen.blocks)]
-    return float(sum(model.fit.of(b.indices)[0][0] for b in blocks if b.regressor.effect == INERTIA))
+    return float(sum(model.fit.of(b.indices)[0][0] for b in blocks if b.regressor.effect == effect))
 
 
 def without_shaking(seen: Periodicity, inertia: float) -> Periodicity:

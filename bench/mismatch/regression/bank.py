@@ -82,6 +82,7 @@ class Bank:
         """place on the ladder of the variance that was likeliest last"""
         self.most = np.inf
         """variance of the offsets above which none is tried"""
+        self._bounds: dict[tuple[int, ...], float] = {}
         self._one_y = whitening.by_recording(self.one * self.y)
         self._squares = float(self.y @ self.y)
 
@@ -124,6 +125,16 @@ class Bank:
         least, free = _least_squares(mean, y)
         if free >= FEWEST_FREE:
             self.most = least / float(chi2.ppf(chance, free))
+
+    def ruled_in(self, variances: Sequence[float], index: Sequence[int], chance: float) -> tuple[float, ...]:
+        """Those of the offsets' ``variances`` (ascending, the first always) that the recordings' means do not rule out
+        for columns ``index``; see :meth:`bound_offsets`.
+        """
+        key = tuple(index)
+        if key not in self._bounds:
+            least, free = _least_squares(*self._means(index))
+            self._bounds[key] = least / float(chi2.ppf(chance, free)) if free >= FEWEST_FREE else np.inf
+        return (variances[0], *(v for v in variances[1:] if v <= self._bounds[key]))
 
     def contradicted(self, index: Sequence[int], coefficients: FloatArray, chance: float) -> bool:
         """Whether coefficients of columns ``index`` leave more of the recordings' means than chance explains beside

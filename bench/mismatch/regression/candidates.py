@@ -112,6 +112,8 @@ _ONE: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
         ("time", ("1",)),
         ("time", ("tau",)),
         ("since_reversal", ("last_d*reversed",)),
+        # what is twisted by its inertia, where the sensor is on the other side of it
+        ("speeding_up", ("last_d",)),
         ("elapsed", ("1",)),
     ),
     TEMPERATURE: (

@@ -212,8 +212,15 @@ def of_start(problem: ChannelProblem, prediction: FloatArray) -> FloatArray:
 
 
 def fit_blocks(bank: Bank, blocks: Sequence[Block], variances: Sequence[float]) -> Fit:
-    """Fit blocks of columns together."""
+    """Fit blocks of columns together.
+
+    Where nothing but the residual tells the noise (free motion), what the blocks cannot say at starts and reversals
+    would set friction, and offsets of any size take the difference: none is larger than the recordings' means allow.
+    """
     index = [i for b in blocks for i in b.indices]
+    if bank.whitening.noise.independent_rows is not None:
+        calibrated = [i for b in blocks if not kept_small(b) for i in b.indices]
+        variances = bank.ruled_in(variances, calibrated, criteria.ERROR_RATE_OF_A_CHANNEL)
     precision = np.concatenate([b.precision for b in blocks]) if blocks else np.zeros(0)
     return fit(bank, index, variances, precision)
 
@@ -296,7 +303,8 @@ def plain_residual(problem: ChannelProblem) -> FloatArray:
     inner = levelled(columns / scale, rows.frame, weight)
     left = inner * np.sqrt(weight)[:, None]
     normal = left.T @ left
-    normal[np.diag_indices_from(normal)] += 1e-6 * float(np.trace(normal)) / left.shape[1]
+    # columns that are constant in each recording have nothing of their own: at one speed friction is an offset
+    normal[np.diag_indices_from(normal)] += 1e-6 * max(float(np.trace(normal)) / left.shape[1], 1e-9 * weight.sum())
     return np.asarray(y - inner @ np.linalg.solve(normal, left.T @ (np.sqrt(weight) * y)))
 
 

@@ -122,7 +122,7 @@ def borne_out(model: ChannelModel) -> list[Chosen]:
         ratios = ((c, worse_with(model, current, c)) for c in current)
         refuted = [(c, ratio) for c, ratio in ratios if ratio is not None]
         if not refuted:
-            return current
+            return _with_functions_that_help(model, current)
         worst, ratio = max(refuted, key=lambda one: one[1])
         how = f"{ratio:.3g} times as badly" if ratio >= 1.0 else "no better than by chance"
         model.notes.append(
@@ -130,6 +130,29 @@ def borne_out(model: ChannelModel) -> list[Chosen]:
         )
         # what stood beside it may have made up for it: it is asked again
         current = without(current, worst, model.problem.lacking)
+
+
+def _with_functions_that_help(model: ChannelModel, current: list[Chosen]) -> list[Chosen]:
+    """Some effects without their functions without a name, where recordings held out are predicted worse with these
+    together than without them: each may make up for another, and all of them say nothing.
+    """
+    functions = [c for c in current if without_a_name(c)]
+    others = current
+    for function in functions:
+        others = without(others, function, model.problem.lacking)
+    held = model.problem.held_out
+    if len(functions) < 2 or len(others) + len(functions) < len(current) or not held.any():
+        return current
+    number = model.problem.rows.number[held]
+    with_them, without_them = (float(np.average(_left(model, one)[held] ** 2, weights=number)) for one in (current, others))
+    if with_them <= without_them:
+        return current
+    words = " and ".join(c.main.regressor.words for c in functions)
+    model.notes.append(
+        f"{words} gained in the fit, but recordings held out are predicted {np.sqrt(with_them / without_them):.3g} times"
+        " as badly with them together: they are not reported"
+    )
+    return others
 
 
 def _gained(chosen: Chosen) -> str:

@@ -44,8 +44,8 @@ from bench.simulation.quantities import AUXILIARY
 MOST_EFFECTS = 12
 MOST_PASSED = 3
 """kinds of candidates that gain less than what is left might, and are passed over, before nothing more is looked for"""
-MOST_REFUTED = 4
-"""functions without a name that are refuted before nothing is asked in their place any more"""
+MOST_REFUTED, MOST_ASKED_AGAIN = 4, 8
+"""functions without a name that are refuted before no other is asked in their place any more, and no name"""
 MOST_ROUNDS = 4
 """times that the noise is read afresh from what the model leaves"""
 QUIETER = 0.9
@@ -226,12 +226,13 @@ def _resettled(search: Search) -> Search:
 
 def next_best(search: Search, known: int) -> Search:
     """The search with what comes next where functions without a name were refuted, those after the first ``known``:
-    what they stood before is asked like them.
+    what they stood before is asked like them; names alone, when many functions were refuted.
     """
-    while known < len(search.refuted) < MOST_REFUTED:
+    while known < len(search.refuted) < MOST_ASKED_AGAIN:
+        more_functions = len(search.refuted) < MOST_REFUTED
         known = len(search.refuted)
         search.without_refuted()
-        _forward(search)
+        _forward(search, more_functions)
         search = concluded(search)
     return search
 

@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
+from scipy.stats import t as student
 
 from bench.mismatch import criteria
 from bench.mismatch.recordings.vibration import Density
@@ -43,6 +44,10 @@ LENGTHS_S = (2.0, 1.5, 1.0)
 """of windows that are compared with each other"""
 MOST_GROUPS = 10
 """that are left out one after another to tell how sure frequency and decay are"""
+ALL_BY_ONE = 0.05
+"""chance, by their scatter, that the mean square of what rings after crossings is none: above it one or two of them make
+all of it, and what comes once in a while is no property of crossings
+"""
 EVERY = 5
 """steps of time between places of a step or a knee that are tried"""
 FIRST_STEP = 0.05
@@ -53,13 +58,14 @@ FIRST_STEP = 0.05
 class Ringing:
     """What rings after crossings: frequency (Hz), decay (s; the standard deviation None where it is longer than the
     windows tell) and size with their standard deviations; ``rings``: recording, times since its begin (k,) and mean
-    squares (k,) of what rings after each crossing.
+    squares (k,) of what rings after each crossing; ``seldom``: the chance, by their scatter, that their mean is none.
     """
 
     frequency: tuple[float, float]
     decay: tuple[float, float | None]
     size: tuple[float, float | None]
     rings: tuple[tuple[int, FloatArray, FloatArray], ...]
+    seldom: float
 
     def on_rows(self, frame: Frame) -> FloatArray:
         """Root mean square of what rings in each row (n,) of a frame, over the time that the row takes."""
@@ -148,7 +154,8 @@ def after_crossings(recordings: Iterable[FineResidual], clear: float, fitted: Se
     p = tail_probability(drawn, gain)
     if p > criteria.ERROR_RATE_OF_A_CHANNEL:
         return RingDown(p)
-    return RingDown(p, _ringing(events, deciding, reference, np.array(first)))
+    found = _ringing(events, deciding, reference, np.array(first))
+    return RingDown(p, found) if found.seldom < ALL_BY_ONE else RingDown(max(p, found.seldom))
 
 
 def _alike(events: Sequence[Window], reference: Sequence[Window]) -> list[_Alike]:
@@ -210,14 +217,16 @@ def _ringing(
     noise = _Noise(reference, whole)
     squares = [_square(one, whole[1], noise.of(w)) for w, one in zip(deciding, _rings(deciding, whole), strict=True)]
     size = float(np.sqrt(max(float(np.mean(squares)), 0.0)))
-    error = float(np.std(squares, ddof=1) / np.sqrt(len(squares))) / (2.0 * size) if size > 0.0 else None
+    of_mean = float(np.std(squares, ddof=1) / np.sqrt(len(squares)))
+    error = of_mean / (2.0 * size) if size > 0.0 else None
+    seldom = float(student.sf(float(np.mean(squares)) / max(of_mean, 1e-300), len(squares) - 1))
     rings = []
     for window, one in zip(events, _rings(events, whole), strict=True):
         share = max(0.0, 1.0 - noise.of(window) * one.size / max(float(one.sum()), 1e-300))
         rings.append((window.recording, window.start + FINE_S * np.arange(float(one.size)), share * one))
     inside = max(float(each[:, 1].max()), float(whole[1])) < INSIDE * LONGEST_S
     decay = float(whole[1]), float(spread[1]) if inside else None
-    return Ringing((float(whole[0]), float(spread[0])), decay, (size, error), tuple(rings))
+    return Ringing((float(whole[0]), float(spread[0])), decay, (size, error), tuple(rings), seldom)
 
 
 def _without_each_group(deciding: Sequence[Window]) -> list[list[Window]]:

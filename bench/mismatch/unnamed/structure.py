@@ -110,14 +110,15 @@ def look_for_tone(
     seed: int = 0,
     orders: Sequence[float] = (),
     unsteady: Sequence[Density] = (),
+    felt: Sequence[float] | None = None,
     runs: Callable[[Sequence[int]], Sequence[Run]] = lambda _: (),
 ) -> Tone | None:
     """Ask an outcome that was examined for a tone, and add it; the tone, if there is one. ``orders`` that the channel
     feels are no tones: where recordings share their speeds an order is as much one. Recordings that are ``unsteady``
-    have a tone as well. ``runs`` of some recordings, by their numbers, in which its phase is followed.
+    have a tone as well. ``felt``: how much of each order a torque may feel. ``runs`` of some recordings, by their numbers, in which its phase is followed.
     """
     assert outcome.structure is not None
-    found = tone(densities, seed, orders, unsteady)
+    found = tone(densities, seed, orders, unsteady, felt)
     if found is None:
         return None
     counts = matters(found, outcome.floor)

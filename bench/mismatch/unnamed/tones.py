@@ -24,6 +24,7 @@ from bench.mismatch.regression.noise import LOWEST_HZ
 from bench.mismatch.unnamed.some_speeds import SPEEDS, at_some_speeds
 from bench.mismatch.unnamed.spectral_line import mean_square, measured
 from bench.simulation.frame import FloatArray, IntArray
+from bench.simulation.terms.te.resonance import ZETAS
 
 ALIKE = 0.03
 """relative difference of speeds that count as one"""
@@ -38,6 +39,10 @@ _ABOUT = 41
 """frequencies whose median tells the noise at one"""
 _FEWEST_ABOUT = 7
 """of them that no order covers: their median is known to a fifth"""
+MOST_AMPLIFIED = 1.0 / (2.0 * ZETAS[0])
+"""times that a mode makes an order larger in a torque than inertia alone: at resonance, with the least damping that the
+library asks for
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,11 +64,17 @@ class Tone:
 
 
 def tone(
-    densities: Sequence[Density], seed: int, orders: Sequence[float] = (), unsteady: Sequence[Density] = ()
+    densities: Sequence[Density],
+    seed: int,
+    orders: Sequence[float] = (),
+    unsteady: Sequence[Density] = (),
+    felt: Sequence[float] | None = None,
 ) -> Tone | None:
     """The clearest tone of a channel; None where the spectra cannot tell one from orders.
 
-    Frequencies of ``orders`` known to be there are left out of each recording. ``unsteady`` are asked for the size of
+    Frequencies of ``orders`` known to be there are left out of each recording. A torque feels them by inertia alone:
+    where ``felt`` says by how much (amplitude at 1 rad/s, as the square of the frequency), those are left out that a
+    mode may lift above the noise, where what stands there is no more than that. ``unsteady`` are asked for the size of
     the tone, not whether there is one.
     """
     kinds = [(d.rate, d.power.size) for d in densities]
@@ -80,8 +91,12 @@ def tone(
     power = np.array([d.power[first:last] for d in comparable], dtype=np.float64)
     covered, leaked = np.zeros(power.shape, dtype=bool), np.zeros(power.shape)
     for k, density in enumerate(comparable):
-        bins = np.round(np.asarray(orders, dtype=np.float64) * density.rotation_rate / step).astype(int) - first
-        covered[k], leaked[k] = _lines(power[k], bins[(bins >= 0) & (bins < power.shape[1])], first)
+        hertz = np.asarray(orders, dtype=np.float64) * density.rotation_rate
+        bins = np.round(hertz / step).astype(int) - first
+        stand = (bins >= 0) & (bins < power.shape[1])
+        if felt is not None:
+            stand[stand] = _may_be(power[k], bins[stand], np.asarray(felt)[stand] * (2.0 * np.pi * hertz[stand]) ** 2, step)
+        covered[k], leaked[k] = _lines(power[k], bins[stand], first)
     # the median of an exponential variable is ln 2 of its mean; of averaged ones it comes nearer to the mean
     level = leaked + np.array([_level(row, lines) for row, lines in zip(power, covered, strict=True)])
     ratio = np.where(covered, np.nan, power / np.maximum(level, 1e-300))
@@ -144,6 +159,17 @@ def _mean_square(one: Density, frequency: float) -> float:
         return 0.0
     beyond = np.asarray(one.power[at - 1 : at + 2], dtype=np.float64) - float(np.median(near))
     return float(mean_square(beyond, frequency / one.step - at, one.step))
+
+
+def _may_be(power: FloatArray, bins: IntArray, amplitude: FloatArray, step: float) -> NDArray[np.bool_]:
+    """Which lines (n,) at some ``bins`` of a spectrum may be orders of an ``amplitude`` (n,) without a mode: a mode may
+    lift them above the noise about them, and what stands there is no more than it may lift.
+    """
+    largest = 0.5 * (MOST_AMPLIFIED * amplitude) ** 2
+    ends = np.concatenate(([0.0], np.cumsum(power * step)))
+    at, after = np.maximum(bins - _LEAK, 0), np.minimum(bins + _LEAK + 1, power.size)
+    noise = np.asarray(median_filter(power, _ABOUT, mode="nearest"))[bins] * (after - at) * step
+    return np.asarray((largest >= noise) & (ends[after] - ends[at] <= largest))
 
 
 def _lines(power: FloatArray, bins: IntArray, first: int) -> tuple[NDArray[np.bool_], FloatArray]:
