@@ -211,6 +211,11 @@ def _real(folder: Path, out: Path, names: tuple[str, ...], table: Path | None) -
         typer.echo(text)
     else:
         table.write_text(text, encoding="utf-8")
+    # that a set cannot be judged is an answer
+    if failed := [row for row in rows if row.failed and not row.verdict]:
+        for row in failed:
+            say(f"{row.real.name}: {row.failed}", err=True)
+        raise typer.Exit(1)
 
 
 def _with_effects(listed: list[Job], effects: str) -> list[Job]:

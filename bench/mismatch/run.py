@@ -108,7 +108,12 @@ def _run(
         findings = conclude(report.outcomes, data)
         report.findings = proposed(findings, data, out)
         report.verdict, report.why = judged(report.outcomes, report.findings)
+        # recordings that were loaded anew have their notes anew
+        if reference.kind == "model" and (unlike := given.gearbox.unlike(data.ratio)):
+            data.notes.append(unlike)
         if leaving_out:
+            # whatever becomes of the terms left out, what was found is kept
+            _write(report, completed, out)
             report.left_out = leave_one_out(
                 data,
                 given,
@@ -118,16 +123,18 @@ def _run(
                 lambda what, _: report_progress(f"without {what}", 0.9),
                 elsewhere,
             )
-    # recordings that were loaded anew have their notes anew
-    if reference.kind == "model" and (unlike := given.gearbox.unlike(data.ratio)):
-        data.notes.append(unlike)
     report_progress("writing the report", 0.95)
-    out.mkdir(parents=True, exist_ok=True)
-    (of_linear_axis(completed) if data.linear else completed).save(out / "model.json")
-    write_whole(out / "report.json", json.dumps(report.to_json(), indent=1, allow_nan=False) + "\n")
-    write_whole(out / "report.html", page(report))
+    _write(report, completed, out)
     report_progress("done", 1.0)
     return report
+
+
+def _write(report: Report, completed: Simulation, out: Path) -> None:
+    """Write a report, its page and the ``completed`` simulation."""
+    out.mkdir(parents=True, exist_ok=True)
+    (of_linear_axis(completed) if report.data.linear else completed).save(out / "model.json")
+    write_whole(out / "report.json", json.dumps(report.to_json(), indent=1, allow_nan=False) + "\n")
+    write_whole(out / "report.html", page(report))
 
 
 def scored(

@@ -130,4 +130,7 @@ def _kept(data: Dataset, train: int) -> str:
         return f"{counted(train)} can be fitted"
     whole = {str(piece.recording.path): piece.recording for piece in data.parts}.values()
     seconds = sum(r.size / r.sample_rate for r in whole)
-    return f"{seconds:.3g} s of recordings make {train} blocks that can be fitted ({WELL_CUT_S:g} s make enough)"
+    return (
+        f"{seconds:.3g} s of recordings make {train} blocks that can be fitted ({WELL_CUT_S:g} s make enough;"
+        " `pieces` in the mapping of an import cuts shorter ones)"
+    )

@@ -144,13 +144,16 @@ def _with_functions_that_help(model: ChannelModel, current: list[Chosen]) -> lis
     if len(functions) < 2 or len(others) + len(functions) < len(current) or not held.any():
         return current
     number = model.problem.rows.number[held]
-    with_them, without_them = (float(np.average(_left(model, one)[held] ** 2, weights=number)) for one in (current, others))
+    with_them, without_them = (
+        float(np.average(_left(model, one)[held] ** 2, weights=number)) for one in (current, others)
+    )
     if with_them <= without_them:
         return current
     words = " and ".join(c.main.regressor.words for c in functions)
+    ratio = np.sqrt(with_them / without_them)
     model.notes.append(
-        f"{words} gained in the fit, but recordings held out are predicted {np.sqrt(with_them / without_them):.3g} times"
-        " as badly with them together: they are not reported"
+        f"{words} gained in the fit, but recordings held out are predicted {ratio:.3g} times as badly with them"
+        " together: they are not reported"
     )
     return others
 

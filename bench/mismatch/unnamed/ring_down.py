@@ -45,8 +45,8 @@ LENGTHS_S = (2.0, 1.5, 1.0)
 MOST_GROUPS = 10
 """that are left out one after another to tell how sure frequency and decay are"""
 ALL_BY_ONE = 0.05
-"""chance, by their scatter, that the mean square of what rings after crossings is none: above it one or two of them make
-all of it, and what comes once in a while is no property of crossings
+"""chance, by their scatter, that the mean square of what rings after crossings is none: above it one or two of them
+make all of it, and what comes once in a while is no property of crossings
 """
 EVERY = 5
 """steps of time between places of a step or a knee that are tried"""
@@ -154,8 +154,8 @@ def after_crossings(recordings: Iterable[FineResidual], clear: float, fitted: Se
     p = tail_probability(drawn, gain)
     if p > criteria.ERROR_RATE_OF_A_CHANNEL:
         return RingDown(p)
-    found = _ringing(events, deciding, reference, np.array(first))
-    return RingDown(p, found) if found.seldom < ALL_BY_ONE else RingDown(max(p, found.seldom))
+    rings = _ringing(events, deciding, reference, np.array(first))
+    return RingDown(p, rings) if rings.seldom < ALL_BY_ONE else RingDown(max(p, rings.seldom))
 
 
 def _alike(events: Sequence[Window], reference: Sequence[Window]) -> list[_Alike]:

@@ -114,8 +114,9 @@ def look_for_tone(
     runs: Callable[[Sequence[int]], Sequence[Run]] = lambda _: (),
 ) -> Tone | None:
     """Ask an outcome that was examined for a tone, and add it; the tone, if there is one. ``orders`` that the channel
-    feels are no tones: where recordings share their speeds an order is as much one. Recordings that are ``unsteady``
-    have a tone as well. ``felt``: how much of each order a torque may feel. ``runs`` of some recordings, by their numbers, in which its phase is followed.
+    feels are no tones: where recordings share their speeds an order is as much one. ``felt``: how much of each a torque
+    feels. Recordings that are ``unsteady`` have a tone as well. ``runs`` of some recordings, by their numbers, in which
+    its phase is followed.
     """
     assert outcome.structure is not None
     found = tone(densities, seed, orders, unsteady, felt)

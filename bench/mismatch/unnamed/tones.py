@@ -95,7 +95,9 @@ def tone(
         bins = np.round(hertz / step).astype(int) - first
         stand = (bins >= 0) & (bins < power.shape[1])
         if felt is not None:
-            stand[stand] = _may_be(power[k], bins[stand], np.asarray(felt)[stand] * (2.0 * np.pi * hertz[stand]) ** 2, step)
+            stand[stand] = _may_be(
+                power[k], bins[stand], np.asarray(felt)[stand] * (2.0 * np.pi * hertz[stand]) ** 2, step
+            )
         covered[k], leaked[k] = _lines(power[k], bins[stand], first)
     # the median of an exponential variable is ln 2 of its mean; of averaged ones it comes nearer to the mean
     level = leaked + np.array([_level(row, lines) for row, lines in zip(power, covered, strict=True)])

@@ -77,11 +77,15 @@ def _compare(row: Examined, folder: Path, folder_of_set: Path, leaving_out: bool
     folder_of_set.mkdir(parents=True)
     mapping = folder_of_set / "mapping.toml"
     mapping.write_text(real.mapping, encoding="utf-8")
-    for imported in import_recordings(mapping, folder_of_set / "recordings", folder / real.name):
-        if isinstance(imported, Rejected):
-            row.notes.append(imported.why)
+    imported = list(import_recordings(mapping, folder_of_set / "recordings", folder / real.name))
+    for one in imported:
+        if isinstance(one, Rejected):
+            row.notes.append(one.why)
         else:
-            row.notes += [warning.removeprefix(f"{mapping}: ") for warning in imported.warnings]
+            row.notes += [warning.removeprefix(f"{mapping}: ") for warning in one.warnings]
+    if imported and all(isinstance(one, Rejected) for one in imported):
+        row.failed = f"nothing could be imported: {row.notes[0]}"
+        return
     report = run(
         folder_of_set / "recordings",
         folder_of_set / "report",

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from bench.importing import Imported
+from bench.mismatch import run as run_module
 from bench.mismatch.run import run
 from tests.bench.importing import builders
 
@@ -46,3 +48,17 @@ def test_orders_of_three_times_the_noise_are_found(tmp_path: Path, parts: dict[s
 def test_noise_alone_is_a_match(tmp_path: Path) -> None:
     report = run(imported(tmp_path, False), tmp_path / "report")
     assert not report.findings
+
+
+def test_what_was_found_is_kept_whatever_becomes_of_the_terms_left_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*_: object, **_more: object) -> None:
+        raise ZeroDivisionError("beside this term nothing is left")
+
+    monkeypatch.setattr(run_module, "leave_one_out", broken)
+    with pytest.raises(ZeroDivisionError):
+        run(imported(tmp_path, False), tmp_path / "report", leaving_out=True)
+    assert json.loads((tmp_path / "report" / "report.json").read_text(encoding="utf-8"))["verdict"]
+    assert (tmp_path / "report" / "report.html").is_file()
+    assert (tmp_path / "report" / "model.json").is_file()

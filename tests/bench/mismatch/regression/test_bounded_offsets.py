@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from bench.mismatch.regression.bank import Bank, Whitening, fit
+from bench.mismatch.regression.model import Block, fit_blocks
 from bench.mismatch.regression.noise import RowNoise
+from bench.mismatch.regression.regressors import named
 from bench.simulation.frame import FloatArray
+from bench.simulation.terms import MOTOR_TORQUE
 
 RECORDINGS, EACH, SIGMA = 30, 40, 0.05
 ROWS = RECORDINGS * EACH
@@ -40,6 +45,23 @@ def test_few_means_bound_nothing() -> None:
     bank, index = banked(rng.normal(scale=SIGMA, size=ROWS), columns)
     bank.bound_offsets(index, 0.0025)
     assert bank.most == np.inf
+
+
+def test_of_free_motion_no_variance_is_tried_that_the_means_rule_out() -> None:
+    """What acts inside the recordings pulls friction away from what their means say, unless offsets are bounded."""
+    rng = np.random.default_rng(3)
+    level = np.repeat(rng.uniform(-1.0, 1.0, RECORDINGS), EACH)
+    wave = np.tile(np.sin(np.linspace(0.0, 2.0 * np.pi, EACH)), RECORDINGS)
+    y = 2.0 * level + 3.0 * wave + rng.normal(scale=SIGMA, size=ROWS)
+    noise = replace(RowNoise(np.full(ROWS, SIGMA), np.zeros(ROWS), 0.1), independent_rows=float(ROWS))
+    bank = Bank(y, Whitening(noise, STARTS))
+    index = bank.add(np.column_stack([np.ones(ROWS), level + 0.01 * wave]))
+    block = Block(named("friction.coulomb", MOTOR_TORQUE, "nominal"), index, np.zeros(2))
+    free = fit(bank, index, bank.variances(), np.zeros(2))
+    bounded = fit_blocks(bank, [block], bank.variances())
+    assert free.coefficients[1] > 3.0
+    assert bounded.coefficients[1] == pytest.approx(2.0, abs=0.3)
+    assert len(bank.ruled_in(bank.variances(), index, 0.0025)) < len(bank.variances())
 
 
 @pytest.mark.parametrize("inside", [0.0, 40.0])

@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 from bench.mismatch.regression import choosing, succession
-from bench.mismatch.regression.model import Block, ChannelModel, Chosen
+from bench.mismatch.regression import search as searching
+from bench.mismatch.regression.model import Block, ChannelModel, Chosen, unrefined
 from bench.mismatch.regression.problem import ChannelProblem
 from bench.mismatch.regression.products import products
-from bench.mismatch.regression.regressors import Free
-from bench.mismatch.regression.search import MOST_REFUTED, searched
+from bench.mismatch.regression.regressors import UNKNOWN, Free
+from bench.mismatch.regression.search import MOST_ASKED_AGAIN, MOST_REFUTED, begun, next_best, searched
 from bench.mismatch.regression.succession import settle
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.tables import Grid
@@ -71,7 +72,21 @@ def test_it_ends_where_all_are_refuted(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(succession, "borne_out", against_all)
     search = searched(humped())
     assert settle(search) == []
-    assert 1 < len(asked) <= MOST_REFUTED + 1
+    assert 1 < len(asked) <= MOST_ASKED_AGAIN + 1
+
+
+@pytest.mark.usefixtures("timeless")
+def test_when_many_functions_were_refuted_names_alone_are_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    """They may have stood before a name."""
+    search = begun(humped())
+    asked: list[bool] = []
+    monkeypatch.setattr(searching, "_forward", lambda _search, more_functions: asked.append(more_functions))
+    monkeypatch.setattr(searching, "concluded", lambda search: search)
+    tables = [unrefined(search.bank, b) for b in search.blocks if b.regressor.effect == UNKNOWN][:MOST_ASKED_AGAIN]
+    for number in range(1, MOST_ASKED_AGAIN + 1):
+        search.refuted = tables[:number]
+        next_best(search, number - 1)
+    assert asked == [*[True] * (MOST_REFUTED - 1), *[False] * (MOST_ASKED_AGAIN - MOST_REFUTED)]
 
 
 @pytest.mark.usefixtures("timeless")

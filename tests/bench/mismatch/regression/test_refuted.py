@@ -114,6 +114,25 @@ def test_a_function_is_asked_again_without_the_one_that_made_up_for_it(monkeypat
     assert len(model.notes) == 2
 
 
+@pytest.mark.parametrize("without_both", [0.9, 1.1])
+def test_functions_that_only_make_up_for_each_other_are_not_told(
+    without_both: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Either alone predicts worse than both, and nothing predicts better than both."""
+    frame = campaign()
+    y = 0.5 * frame.direction + np.random.default_rng(5).normal(0.0, 0.01, frame.size)
+    own = replace(problem(frame, y), folds=np.where(np.arange(24) % 3 == 0, -1, np.arange(24)))
+    model = begun(own).model
+    knots = (22.0, 26.0, 30.0, 34.0, 40.0)
+    tables = [Free(MOTOR_TORQUE, (Grid(("temperature",), times, (knots,)),)) for times in ("1", "d")]
+    first, second = (Chosen(add_block(own, model.bank, table, 1e-3)) for table in tables)
+    model = replace(model, chosen=[first, second], fit=model.refitted([first, second]))
+    left = {2: 1.0, 1: 2.0, 0: without_both}
+    monkeypatch.setattr(refuted, "_left", lambda _model, chosen: np.full(frame.size, np.sqrt(left[len(chosen)])))
+    assert borne_out(model) == ([] if without_both < 1.0 else [first, second])
+    assert sum("together" in note for note in model.notes) == (without_both < 1.0)
+
+
 def with_a_table(frame: Frame) -> tuple[ChannelModel, Chosen]:
     """Dry friction with a function of the temperature beside it; every third recording is held out."""
     y = 0.5 * frame.direction + np.random.default_rng(5).normal(0.0, 0.01, frame.size)

@@ -57,6 +57,9 @@ def left_in(frame: Frame, where: str, seed: int) -> FloatArray:
     for moment in {"crossings": crossed, "starts": STARTS, "all": (*crossed, *STARTS)}.get(where, ()):
         after = frame.elapsed - moment
         out += np.where(after >= 0.0, ringing(after, rng), 0.0)
+    if where == "once" and number == 0:
+        after = frame.elapsed - CROSSINGS[0]
+        out += np.where(after >= 0.0, 10.0 * ringing(after, rng), 0.0)
     for moment in crossed:
         after = frame.elapsed - moment
         if where == "step":
@@ -109,7 +112,7 @@ def test_what_crossings_strike_is_told_with_its_frequency_decay_and_size() -> No
 
 
 @pytest.mark.parametrize("seed", range(5))
-@pytest.mark.parametrize("where", ["nothing", "starts", "step", "settles", "order", "reddish"])
+@pytest.mark.parametrize("where", ["nothing", "starts", "step", "settles", "order", "reddish", "once"])
 def test_what_is_no_ringing_of_crossings_is_not_told(where: str, seed: int) -> None:
     found = looked(where, seed)
     assert found is not None

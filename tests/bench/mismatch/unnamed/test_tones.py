@@ -10,7 +10,7 @@ import pytest
 from bench.mismatch import criteria
 from bench.mismatch.discovery import TONE, Look, Structure
 from bench.mismatch.unnamed.structure import look_for_tone, matters
-from bench.mismatch.unnamed.tones import Tone, _drawn, tone
+from bench.mismatch.unnamed.tones import MOST_AMPLIFIED, Tone, _drawn, tone
 from tests.bench.mismatch.report import made
 from tests.bench.mismatch.spectra import densities
 
@@ -122,3 +122,31 @@ def test_a_tone_counts_where_it_is_strong_and_recordings_share_it(amplitude: flo
     """Power that one speed has and the others have not is no tone of the channel."""
     found = Tone(1.4, 0.03, amplitude, std, 1e-4, (0, 1))
     assert matters(found, 1.0) is told
+
+
+DENSE = tuple(float(k) for k in range(1, 12000))
+"""orders of which at every speed one lies at every frequency"""
+
+
+def test_a_tone_is_found_among_orders_that_a_torque_cannot_feel_as_much() -> None:
+    own = densities(1, tone=(17.3, 0.4))
+    by_inertia = (2.0 * np.pi * 17.3) ** 2
+    covered = tone(own, 1, DENSE)
+    assert covered is None or covered.p_value > criteria.ERROR_RATE_OF_A_CHANNEL
+    for felt, heard_ in ((1e-4 / by_inertia, True), (0.5 / by_inertia, False)):
+        found = tone(own, 1, DENSE, (), np.full(len(DENSE), felt).tolist())
+        assert (found is not None and found.p_value < criteria.ERROR_RATE_OF_A_CHANNEL) is heard_
+        if heard_:
+            assert found is not None
+            assert abs(found.frequency - 17.3) < 0.05
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_among_orders_near_the_noise_noise_has_no_tone(seed: int) -> None:
+    """Lines at which noise happens to stand above what a mode may make of an order are looked at."""
+    own = densities(seed)
+    # an amplitude whose line a mode lifts just above the noise of its bins
+    noise = float(np.median(own[0].power)) * 5.0 * own[0].step
+    felt = np.sqrt(2.0 * noise) / MOST_AMPLIFIED / (2.0 * np.pi * 20.0) ** 2
+    found = tone(own, seed, DENSE, (), np.full(len(DENSE), felt).tolist())
+    assert found is None or found.p_value > criteria.ERROR_RATE_OF_A_CHANNEL

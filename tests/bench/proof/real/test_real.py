@@ -8,7 +8,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
+from bench.cli.app import make_app
 from bench.errors import ConfigurationError
 from bench.importing.mapping import load_mapping
 from bench.proof.real import examine as module
@@ -17,6 +19,7 @@ from bench.proof.real.expert import Regression
 from bench.proof.real.formula import evaluate
 from bench.proof.real.page import page
 from bench.proof.real.sets import Expert, ExpertTerm, RealSet, all_sets, load_set
+from bench.recording.folder import Rejected
 
 
 def test_every_set_has_a_mapping_that_can_be_read_and_an_expert_that_can_be_asked(tmp_path: Path) -> None:
@@ -105,6 +108,29 @@ def test_an_analysis_that_breaks_is_a_row_that_names_the_error_and_the_next_set_
     assert rows[0].failed == "the analysis ended in an error: ZeroDivisionError: no sample at all"
     assert rows[1].verdict == "match"
     assert "Failed: the analysis ended in an error: ZeroDivisionError" in page(rows)
+
+
+def test_where_nothing_can_be_imported_the_first_reason_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    own = all_sets()[0].model_copy(update={"files": ()})
+    refused = [Rejected(tmp_path / name, f"{name} is not there") for name in ("a.csv", "b.csv")]
+    monkeypatch.setattr(module, "import_recordings", lambda *_: refused)
+    row = examine(own, tmp_path, tmp_path / "out")
+    assert row.failed == "nothing could be imported: a.csv is not there"
+    assert row.notes == ["a.csv is not there", "b.csv is not there"]
+
+
+@pytest.mark.parametrize(("verdict", "code"), [("", 1), ("undetermined", 0)])
+def test_a_set_that_failed_is_no_success_and_one_that_cannot_be_judged_is_an_answer(
+    verdict: str, code: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        module, "examine", lambda own, *_, **_more: Examined(own, failed="something is wrong", verdict=verdict)
+    )
+    done = CliRunner().invoke(make_app(), ["prove", "--real", str(tmp_path), "--set", "emps", "--out", str(tmp_path)])
+    assert done.exit_code == code, done.output
+    assert ("emps: something is wrong" in done.output) is bool(code)
 
 
 def test_what_stops_the_program_stops_the_examination(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
