@@ -211,10 +211,11 @@ def _real(folder: Path, out: Path, names: tuple[str, ...], table: Path | None) -
         typer.echo(text)
     else:
         table.write_text(text, encoding="utf-8")
-    # that a set cannot be judged is an answer
-    if failed := [row for row in rows if row.failed and not row.verdict]:
-        for row in failed:
-            say(f"{row.real.name}: {row.failed}", err=True)
+    broken = [f"{row.real.name}: {row.failed}" for row in rows if row.broken]
+    broken += [f"{row.real.name}: {row.missing[0]}" for row in rows if names and row.missing]
+    for sentence in broken:
+        say(sentence, err=True)
+    if broken:
         raise typer.Exit(1)
 
 

@@ -17,7 +17,7 @@ from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.reaction import Reaction, reaction_of
 from bench.mismatch.orders.revolutions import found_in
 from bench.mismatch.orders.scattering import scattering
-from bench.mismatch.orders.shaken import inertia_from_orders, inertia_of, without_shaking
+from bench.mismatch.orders.shaken import INERTIA, inertia_from_orders, inertia_of, largest_inertia, without_shaking
 from bench.mismatch.orders.torques import torque_discoveries
 from bench.mismatch.outcomes import of_search, slots_of
 from bench.mismatch.power_zeros import REST, UNNAMED, Zeros, of_model
@@ -176,8 +176,8 @@ def analyse(
         give_back()
     if LOAD_TORQUE in out.outcomes:
         # the load's inertia makes its torque feel the orders, which are known only now
-        inertia = inertia_of(out.searches[LOAD_TORQUE].model, LOAD_INERTIA)
-        ask_for_tone(out.outcomes[LOAD_TORQUE], data, out.transmission, seed, inertia or None)
+        inertia = largest_inertia(out.searches[LOAD_TORQUE].model, LOAD_INERTIA)
+        ask_for_tone(out.outcomes[LOAD_TORQUE], data, out.transmission, seed, inertia)
     return out
 
 
@@ -230,8 +230,8 @@ def _outcome(
     examine(outcome, alone, data.density.get(channel, ()), seed, rings)
     if channel != LOAD_TORQUE:
         # the angle that the load does not make is the motor's, u times as large
-        inertia = inertia_of(alone.model) * data.ratio if channel == MOTOR_TORQUE else 0.0
-        ask_for_tone(outcome, data, out.transmission, seed, inertia or None)
+        inertia = largest_inertia(alone.model, INERTIA) if channel == MOTOR_TORQUE else None
+        ask_for_tone(outcome, data, out.transmission, seed, None if inertia is None else inertia * data.ratio)
     return outcome
 
 

@@ -69,6 +69,7 @@ def _run(
     data = load(recordings, lambda what, share: report_progress(what, 0.3 * share), jobs, base, reference.waves)
     given = reference.given(data)
     waves = data.folder.manner.follows_waves
+    unlike = given.gearbox.unlike(data.ratio) if reference.kind == "model" else ""
     channels, skipped = compared_channels(data)
     report = Report(UNDETERMINED, enough(data), data, skipped=skipped)
     report.simulation = Compared(reference.kind, reference.file)
@@ -108,12 +109,9 @@ def _run(
         findings = conclude(report.outcomes, data)
         report.findings = proposed(findings, data, out)
         report.verdict, report.why = judged(report.outcomes, report.findings)
-        # recordings that were loaded anew have their notes anew
-        if reference.kind == "model" and (unlike := given.gearbox.unlike(data.ratio)):
-            data.notes.append(unlike)
         if leaving_out:
             # whatever becomes of the terms left out, what was found is kept
-            _write(report, completed, out)
+            _write(report, completed, out, unlike)
             report.left_out = leave_one_out(
                 data,
                 given,
@@ -124,13 +122,17 @@ def _run(
                 elsewhere,
             )
     report_progress("writing the report", 0.95)
-    _write(report, completed, out)
+    _write(report, completed, out, unlike)
     report_progress("done", 1.0)
     return report
 
 
-def _write(report: Report, completed: Simulation, out: Path) -> None:
-    """Write a report, its page and the ``completed`` simulation."""
+def _write(report: Report, completed: Simulation, out: Path, unlike: str) -> None:
+    """Write a report, its page and the ``completed`` simulation; ``unlike``: what a given one says of another gearbox,
+    empty where nothing. Recordings that were loaded anew have their notes anew.
+    """
+    if unlike and unlike not in report.data.notes:
+        report.data.notes.append(unlike)
     out.mkdir(parents=True, exist_ok=True)
     (of_linear_axis(completed) if report.data.linear else completed).save(out / "model.json")
     write_whole(out / "report.json", json.dumps(report.to_json(), indent=1, allow_nan=False) + "\n")

@@ -16,9 +16,11 @@ from bench.mismatch.orders.misread import torque_check
 from bench.mismatch.orders.model import GivenOrders, KnownOffset, TransmissionModel, begun
 from bench.mismatch.orders.of_motor import multiples
 from bench.mismatch.orders.reaction import reaction_of
+from bench.mismatch.orders.revolutions import directions, states
 from bench.mismatch.orders.shaft import PHASES
 from bench.mismatch.orders.sight import known_orders
 from bench.mismatch.orders.turns import analyse, misleading
+from bench.mismatch.orders.weak import design
 from bench.mismatch.outcomes import of_transmission
 from bench.mismatch.problems import base_of
 from bench.mismatch.recordings.dataset import Dataset
@@ -268,13 +270,13 @@ def orders_of(model: TransmissionModel | None) -> tuple[float, ...]:
 
 
 def largest_of(model: TransmissionModel | None) -> tuple[float, ...]:
-    """The largest amplitude of each of :func:`orders_of`, rad."""
+    """The largest amplitude of each of :func:`orders_of` in the revolutions, rad."""
     periodic = None if model is None else model.periodic
-    if periodic is None:
+    if model is None or periodic is None:
         return ()
-    # the monomials reach about 1 in the recordings
-    sides = [np.abs(amplitude).sum(axis=1) for amplitude in periodic.series.amplitude.values()]
-    return (*np.max(sides, axis=0).tolist(), *(float(np.abs(w.vectors).sum()) for w in periodic.weak))
+    seen = model.revolutions
+    series = np.abs(periodic.series.vectors(states(seen), directions(seen))).max(axis=0)
+    return (*series.tolist(), *(float(np.abs(w.at(design(w.model, seen))).max()) for w in periodic.weak))
 
 
 def ask_for_tone(
@@ -290,7 +292,11 @@ def ask_for_tone(
     """
     channel = outcome.channel
     known = () if channel == TEMPERATURE else orders_of(model)
-    felt = [abs(inertia) * size for size in largest_of(model)] if known and inertia is not None else None
+    felt = None
+    if known and inertia is not None:
+        # what comes once a turn of the motor's shaft is also ripple, which no inertia makes
+        of_shaft = np.isin(known, multiples(known, data.ratio))
+        felt = [np.inf if own else inertia * size for own, size in zip(of_shaft, largest_of(model), strict=True)]
     runs = partial(runs_of, data, channel)
     unsteady = data.unsteady.get(channel, ())
-    return look_for_tone(outcome, data.density.get(channel, ()), seed, known, unsteady, felt, runs)
+    return look_for_tone(outcome, data.density.get(channel, ()), seed, known, unsteady, felt=felt, runs=runs)

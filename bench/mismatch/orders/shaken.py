@@ -40,12 +40,25 @@ def less_inertia(seen: Seen, inertia: float) -> Seen:
     return replace(seen, amplitude=seen.amplitude - inertia * seen.shaking)
 
 
-def inertia_of(model: ChannelModel, effect: str = INERTIA) -> float:
-    """The inertia (kg·m²) that a model of the motor torque has, the simulation's or found; 0 where it has none.
-    ``effect``: the term of the load's inertia in a model of the load torque.
+def inertia_of(model: ChannelModel) -> float:
+    """The inertia (kg·m²) that a model of the motor torque has, the simulation's or found; 0 where it has none."""
+    return float(sum(value for value, _ in _inertias(model, INERTIA)))
+
+
+def largest_inertia(model: ChannelModel, effect: str) -> float | None:
+    """The largest inertia (kg·m²) that a model may have by a term ``effect``, as far as 95 % of intervals reach; None
+    where it has none that is told from nothing.
     """
+    found = _inertias(model, effect)
+    value, std = sum(v for v, _ in found), float(np.sqrt(sum(s**2 for _, s in found)))
+    return float(value + criteria.TOLD * std) if value > criteria.TOLD * std else None
+
+
+def _inertias(model: ChannelModel, effect: str) -> list[tuple[float, float]]:
+    """Values and standard deviations of a term that is an inertia."""
     blocks = [*model.base, *(block for chosen in model.chosen for block in chosen.blocks)]
-    return float(sum(model.fit.of(b.indices)[0][0] for b in blocks if b.regressor.effect == effect))
+    fits = [model.fit.of(b.indices) for b in blocks if b.regressor.effect == effect]
+    return [(float(value[0]), float(np.sqrt(covariance[0, 0]))) for value, covariance in fits]
 
 
 def without_shaking(seen: Periodicity, inertia: float) -> Periodicity:

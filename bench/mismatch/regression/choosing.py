@@ -218,7 +218,7 @@ def _with_another(search: Search, first: Chosen) -> float | None:
     return max(tried.values(), default=None)
 
 
-def hidden_pair(search: Search, seen: Scan) -> list[Chosen]:
+def hidden_pair(search: Search, seen: Scan, more_functions: bool = True) -> list[Chosen]:
     """A law that the simulation lacks and what hides it: neither gains anything without the other. A pendulum's gravity
     is against its inertia all the time. Nothing where no pair gains its price; nothing where points left out tell what
     a number is worth, for there the motion does not repeat.
@@ -235,7 +235,7 @@ def hidden_pair(search: Search, seen: Scan) -> list[Chosen]:
         first = unrefined(search.bank, block)
         with_it = [*model.chosen, first]
         at = replace(search, model=replace(model, chosen=with_it, fit=model.refitted(with_it)))
-        second = best_candidate(at, at.scan(with_it, at.model.fit))
+        second = best_candidate(at, at.scan(with_it, at.model.fit), (), more_functions)
         if second is None:
             continue
         both = [*with_it, second]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -110,6 +111,7 @@ def borne_out(model: ChannelModel) -> list[Chosen]:
     half of what it adds to the fitted ones, they say nothing of it: a lag shows in warm-ups. It then goes only beside a
     function without a name, at the end of its range, or if its size may be nothing, and if they are worse by more than
     the standard error of the difference.
+    Several functions without a name go together where recordings held out are predicted better without all of them.
     A function of a quantity that is no channel of the bench goes if they are worse by more than the standard error: it
     may stand for another machine that acts on this one.
     A name that predicts better within recordings stays: their levels differ by themselves.
@@ -122,7 +124,12 @@ def borne_out(model: ChannelModel) -> list[Chosen]:
         ratios = ((c, worse_with(model, current, c)) for c in current)
         refuted = [(c, ratio) for c, ratio in ratios if ratio is not None]
         if not refuted:
-            return _with_functions_that_help(model, current)
+            together = _functions_that_do_not_help(model, current)
+            if not together:
+                return current
+            for function in together:
+                current = without(current, function, model.problem.lacking)
+            continue
         worst, ratio = max(refuted, key=lambda one: one[1])
         how = f"{ratio:.3g} times as badly" if ratio >= 1.0 else "no better than by chance"
         model.notes.append(
@@ -132,30 +139,35 @@ def borne_out(model: ChannelModel) -> list[Chosen]:
         current = without(current, worst, model.problem.lacking)
 
 
-def _with_functions_that_help(model: ChannelModel, current: list[Chosen]) -> list[Chosen]:
-    """Some effects without their functions without a name, where recordings held out are predicted worse with these
-    together than without them: each may make up for another, and all of them say nothing.
+def _functions_that_do_not_help(model: ChannelModel, current: Sequence[Chosen]) -> list[Chosen]:
+    """Of the functions without a name among some effects those without which recordings held out are predicted best,
+    two or more together: each may make up for another, and together they say nothing. Empty where they help.
     """
-    functions = [c for c in current if without_a_name(c)]
-    others = current
-    for function in functions:
-        others = without(others, function, model.problem.lacking)
     held = model.problem.held_out
-    if len(functions) < 2 or len(others) + len(functions) < len(current) or not held.any():
-        return current
+    functions = [c for c in current if without_a_name(c)]
+    if len(functions) < 2 or not held.any():
+        return []
     number = model.problem.rows.number[held]
-    with_them, without_them = (
-        float(np.average(_left(model, one)[held] ** 2, weights=number)) for one in (current, others)
-    )
-    if with_them <= without_them:
-        return current
-    words = " and ".join(c.main.regressor.words for c in functions)
-    ratio = np.sqrt(with_them / without_them)
+
+    def square(chosen: Sequence[Chosen]) -> float:
+        return float(np.average(_left(model, chosen)[held] ** 2, weights=number))
+
+    def others(some: Sequence[Chosen]) -> list[Chosen]:
+        return [c for c in current if not any(c is one for one in some)]
+
+    whole = square(current)
+    several = (list(some) for size in range(2, len(functions) + 1) for some in combinations(functions, size))
+    tried = [(square(others(some)), some) for some in several]
+    least, gone = min(tried, key=lambda one: one[0])
+    if least >= whole:
+        return []
+    words = " and ".join(c.main.regressor.words for c in gone)
+    ratio = np.sqrt(whole / max(least, 1e-300))
     model.notes.append(
         f"{words} gained in the fit, but recordings held out are predicted {ratio:.3g} times as badly with them"
         " together: they are not reported"
     )
-    return others
+    return gone
 
 
 def _gained(chosen: Chosen) -> str:

@@ -44,8 +44,10 @@ from bench.simulation.quantities import AUXILIARY
 MOST_EFFECTS = 12
 MOST_PASSED = 3
 """kinds of candidates that gain less than what is left might, and are passed over, before nothing more is looked for"""
-MOST_REFUTED, MOST_ASKED_AGAIN = 4, 8
-"""functions without a name that are refuted before no other is asked in their place any more, and no name"""
+MOST_REFUTED = 4
+"""functions without a name that are refuted before no other is asked in their place any more"""
+MOST_ASKED_AGAIN = 2 * MOST_REFUTED
+"""the same of names: a function that was an alternative of a name may take its place, and be refuted, once more"""
 MOST_ROUNDS = 4
 """times that the noise is read afresh from what the model leaves"""
 QUIETER = 0.9
@@ -264,7 +266,7 @@ def _forward(search: Search, more_functions: bool = True) -> None:
             # beside a rich function noise gains more: that is the next effect's affair, not that of those found before
             model.price = seen.price
         found = best_candidate(search, seen, passed, more_functions)
-        pair = hidden_pair(search, seen) if found is None else []
+        pair = hidden_pair(search, seen, more_functions) if found is None else []
         if pair:
             search.model = model = replace(model, chosen=[*model.chosen, *pair])
             model.fit = model.refitted(model.chosen)

@@ -18,7 +18,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
-from scipy.stats import t as student
 
 from bench.mismatch import criteria
 from bench.mismatch.recordings.vibration import Density
@@ -45,8 +44,8 @@ LENGTHS_S = (2.0, 1.5, 1.0)
 MOST_GROUPS = 10
 """that are left out one after another to tell how sure frequency and decay are"""
 ALL_BY_ONE = 0.05
-"""chance, by their scatter, that the mean square of what rings after crossings is none: above it one or two of them
-make all of it, and what comes once in a while is no property of crossings
+"""chance that noise rings as much after all crossings but the loudest: above it one makes all of it, and what comes
+once is no property of crossings
 """
 EVERY = 5
 """steps of time between places of a step or a knee that are tried"""
@@ -58,14 +57,13 @@ FIRST_STEP = 0.05
 class Ringing:
     """What rings after crossings: frequency (Hz), decay (s; the standard deviation None where it is longer than the
     windows tell) and size with their standard deviations; ``rings``: recording, times since its begin (k,) and mean
-    squares (k,) of what rings after each crossing; ``seldom``: the chance, by their scatter, that their mean is none.
+    squares (k,) of what rings after each crossing.
     """
 
     frequency: tuple[float, float]
     decay: tuple[float, float | None]
     size: tuple[float, float | None]
     rings: tuple[tuple[int, FloatArray, FloatArray], ...]
-    seldom: float
 
     def on_rows(self, frame: Frame) -> FloatArray:
         """Root mean square of what rings in each row (n,) of a frame, over the time that the row takes."""
@@ -85,7 +83,9 @@ class Ringing:
 
 @dataclass(frozen=True, slots=True)
 class RingDown:
-    """The chance that noise rings as much after crossings; what rings, where that is rare."""
+    """The chance that noise rings as much after crossings, and after all but the loudest, the larger of the two where
+    the first is rare; what rings, where both are.
+    """
 
     p_value: float
     ringing: Ringing | None = None
@@ -154,8 +154,10 @@ def after_crossings(recordings: Iterable[FineResidual], clear: float, fitted: Se
     p = tail_probability(drawn, gain)
     if p > criteria.ERROR_RATE_OF_A_CHANNEL:
         return RingDown(p)
-    rings = _ringing(events, deciding, reference, np.array(first))
-    return RingDown(p, rings) if rings.seldom < ALL_BY_ONE else RingDown(max(p, rings.seldom))
+    of_others = _chance_without_the_loudest(alike, rng)
+    if of_others > ALL_BY_ONE:
+        return RingDown(max(p, of_others))
+    return RingDown(p, _ringing(events, deciding, reference, np.array(first)))
 
 
 def _alike(events: Sequence[Window], reference: Sequence[Window]) -> list[_Alike]:
@@ -207,6 +209,22 @@ def _surrogates(alike: Sequence[_Alike], number: int, rng: np.random.Generator) 
     return np.array([_clearest(gain)[0] for gain in out])
 
 
+def _chance_without_the_loudest(alike: Sequence[_Alike], rng: np.random.Generator) -> float:
+    """Chance that as many reference windows gain as much as events do, each without the one that gains most."""
+
+    def of_others(gains: FloatArray) -> float:
+        whole = gains.sum(axis=0)
+        i, j = np.unravel_index(int(np.argmax(whole)), whole.shape)
+        return float(whole[i, j] - gains[:, i, j].max())
+
+    pools = [(group.of_reference, group.pools()) for group in alike]
+    drawn = [
+        of_others(np.concatenate([gains[[rng.choice(pool) for pool in of_group]] for gains, of_group in pools]))
+        for _ in range(SURROGATES)
+    ]
+    return tail_probability(np.array(drawn), of_others(np.concatenate([group.of_events for group in alike])))
+
+
 def _ringing(
     events: Sequence[Window], deciding: Sequence[Window], reference: Sequence[Window], first: FloatArray
 ) -> Ringing:
@@ -217,16 +235,14 @@ def _ringing(
     noise = _Noise(reference, whole)
     squares = [_square(one, whole[1], noise.of(w)) for w, one in zip(deciding, _rings(deciding, whole), strict=True)]
     size = float(np.sqrt(max(float(np.mean(squares)), 0.0)))
-    of_mean = float(np.std(squares, ddof=1) / np.sqrt(len(squares)))
-    error = of_mean / (2.0 * size) if size > 0.0 else None
-    seldom = float(student.sf(float(np.mean(squares)) / max(of_mean, 1e-300), len(squares) - 1))
+    error = float(np.std(squares, ddof=1) / np.sqrt(len(squares))) / (2.0 * size) if size > 0.0 else None
     rings = []
     for window, one in zip(events, _rings(events, whole), strict=True):
         share = max(0.0, 1.0 - noise.of(window) * one.size / max(float(one.sum()), 1e-300))
         rings.append((window.recording, window.start + FINE_S * np.arange(float(one.size)), share * one))
     inside = max(float(each[:, 1].max()), float(whole[1])) < INSIDE * LONGEST_S
     decay = float(whole[1]), float(spread[1]) if inside else None
-    return Ringing((float(whole[0]), float(spread[0])), decay, (size, error), tuple(rings), seldom)
+    return Ringing((float(whole[0]), float(spread[0])), decay, (size, error), tuple(rings))
 
 
 def _without_each_group(deciding: Sequence[Window]) -> list[list[Window]]:

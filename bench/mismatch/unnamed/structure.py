@@ -110,6 +110,7 @@ def look_for_tone(
     seed: int = 0,
     orders: Sequence[float] = (),
     unsteady: Sequence[Density] = (),
+    *,
     felt: Sequence[float] | None = None,
     runs: Callable[[Sequence[int]], Sequence[Run]] = lambda _: (),
 ) -> Tone | None:
@@ -119,7 +120,7 @@ def look_for_tone(
     its phase is followed.
     """
     assert outcome.structure is not None
-    found = tone(densities, seed, orders, unsteady, felt)
+    found = tone(densities, seed, orders, unsteady, felt=felt)
     if found is None:
         return None
     counts = matters(found, outcome.floor)

@@ -15,7 +15,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter
+from scipy.ndimage import median_filter, percentile_filter
 
 from bench.mismatch import criteria
 from bench.mismatch.recordings.vibration import NYQUIST_SHARE, Density
@@ -35,14 +35,22 @@ _LEAK = 2
 """bins to either side of an order that its line reaches in a Hann window"""
 _FURTHEST = 12
 """bins to either side at which a line of a million times the noise has fallen to it"""
+MEDIAN_ERROR = 1.253
+"""standard deviation of a median over that of the mean of as many: the square root of pi/2"""
 _ABOUT = 41
 """frequencies whose median tells the noise at one"""
 _FEWEST_ABOUT = 7
 """of them that no order covers: their median is known to a fifth"""
 MOST_AMPLIFIED = 1.0 / (2.0 * ZETAS[0])
 """times that a mode makes an order larger in a torque than inertia alone: at resonance, with the least damping that the
-library asks for
+library begins with
 """
+FELT_DOUBT = 2.0
+"""times that an order may be felt more than that, by a damping of half as much, or as inertia and amplitude are not
+known better
+"""
+_QUIET = 25.0
+"""percentile of the power about a frequency that is its noise at least, though orders stand there"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +76,7 @@ def tone(
     seed: int,
     orders: Sequence[float] = (),
     unsteady: Sequence[Density] = (),
+    *,
     felt: Sequence[float] | None = None,
 ) -> Tone | None:
     """The clearest tone of a channel; None where the spectra cannot tell one from orders.
@@ -90,6 +99,7 @@ def tone(
     first, last = int(np.ceil(LOWEST_HZ / step)), int(NYQUIST_SHARE * rate / step)
     power = np.array([d.power[first:last] for d in comparable], dtype=np.float64)
     covered, leaked = np.zeros(power.shape, dtype=bool), np.zeros(power.shape)
+    freedom = np.array([2.0 * d.averaged for d in comparable])
     for k, density in enumerate(comparable):
         hertz = np.asarray(orders, dtype=np.float64) * density.rotation_rate
         bins = np.round(hertz / step).astype(int) - first
@@ -100,9 +110,11 @@ def tone(
             )
         covered[k], leaked[k] = _lines(power[k], bins[stand], first)
     # the median of an exponential variable is ln 2 of its mean; of averaged ones it comes nearer to the mean
-    level = leaked + np.array([_level(row, lines) for row, lines in zip(power, covered, strict=True)])
+    levels = [_level(row, lines, felt is not None) for row, lines in zip(power, covered, strict=True)]
+    level = leaked + np.array([one for one, _ in levels])
     ratio = np.where(covered, np.nan, power / np.maximum(level, 1e-300))
-    freedom = np.array([2.0 * d.averaged for d in comparable])
+    # how surely a median of so many frequencies tells the noise
+    unsure = MEDIAN_ERROR * np.sqrt(2.0 / freedom)[:, None] / np.sqrt([number for _, number in levels])
     means = _means(ratio, groups)
     statistic = _median(means)
     frequencies = min(ratio.shape[1], MOST_FREQUENCIES)
@@ -111,7 +123,7 @@ def tone(
         largest = _largest(tuple(freedom.tolist()), tuple(groups.tolist()), frequencies, seed)
     else:
         # where orders cover most speeds, the few that are left scatter more
-        largest = _drawn(freedom, groups, frequencies, seed, looked)
+        largest = _drawn(freedom, groups, frequencies, seed, looked, unsure)
     if not np.isfinite(statistic).any():
         return None
     peak = int(np.nanargmax(statistic))
@@ -167,10 +179,10 @@ def _may_be(power: FloatArray, bins: IntArray, amplitude: FloatArray, step: floa
     """Which lines (n,) at some ``bins`` of a spectrum may be orders of an ``amplitude`` (n,) without a mode: a mode may
     lift them above the noise about them, and what stands there is no more than it may lift.
     """
-    largest = 0.5 * (MOST_AMPLIFIED * amplitude) ** 2
+    largest = 0.5 * (FELT_DOUBT * MOST_AMPLIFIED * amplitude) ** 2
     ends = np.concatenate(([0.0], np.cumsum(power * step)))
     at, after = np.maximum(bins - _LEAK, 0), np.minimum(bins + _LEAK + 1, power.size)
-    noise = np.asarray(median_filter(power, _ABOUT, mode="nearest"))[bins] * (after - at) * step
+    noise = np.asarray(percentile_filter(power, _QUIET, _ABOUT, mode="nearest"))[bins] * (after - at) * step
     return np.asarray((largest >= noise) & (ends[after] - ends[at] <= largest))
 
 
@@ -191,13 +203,15 @@ def _lines(power: FloatArray, bins: IntArray, first: int) -> tuple[NDArray[np.bo
     return covered, amplitude**2
 
 
-def _level(power: FloatArray, covered: NDArray[np.bool_]) -> FloatArray:
-    """Median power (f,) about each frequency, of those that no order ``covered``: a gearbox's orders stand so close at
-    low frequencies that the median of all would be theirs. NaN where fewer than :data:`_FEWEST_ABOUT` are left.
+def _level(power: FloatArray, covered: NDArray[np.bool_], faint: bool = False) -> tuple[FloatArray, FloatArray]:
+    """Median power (f,) about each frequency, of those that no order ``covered``, and their number (f,): a gearbox's
+    orders stand so close at low frequencies that the median of all would be theirs. Where fewer than
+    :data:`_FEWEST_ABOUT` are left it is NaN, or that of all where orders are ``faint``: it is not below the noise.
     """
     out = np.asarray(median_filter(power, _ABOUT, mode="nearest"))
+    numbers = np.full(power.size, float(_ABOUT))
     if not covered.any():
-        return out
+        return out, numbers
     last = int(np.flatnonzero(covered)[-1]) + _ABOUT // 2 + 1
     alone = np.where(covered, np.nan, power)
     for k in range(min(last, power.size)):
@@ -205,8 +219,11 @@ def _level(power: FloatArray, covered: NDArray[np.bool_]) -> FloatArray:
         half = min(_ABOUT // 2, k, power.size - 1 - k)
         about = alone[k - half : k + half + 1]
         about = about[np.isfinite(about)]
-        out[k] = np.median(about) if about.size >= _FEWEST_ABOUT else np.nan
-    return out
+        if about.size >= _FEWEST_ABOUT:
+            out[k], numbers[k] = np.median(about), about.size
+        elif not faint:
+            out[k] = np.nan
+    return out, numbers
 
 
 @lru_cache(maxsize=4)
@@ -218,16 +235,26 @@ def _largest(freedom: tuple[float, ...], groups: tuple[int, ...], frequencies: i
 
 
 def _drawn(
-    freedom: FloatArray, groups: IntArray, frequencies: int, seed: int, looked: NDArray[np.bool_] | None
+    freedom: FloatArray,
+    groups: IntArray,
+    frequencies: int,
+    seed: int,
+    looked: NDArray[np.bool_] | None,
+    unsure: FloatArray | None = None,
 ) -> FloatArray:
-    """The same where the spectra were ``looked`` at (recordings, all frequencies) in part (None: everywhere)."""
+    """The same where the spectra were ``looked`` at (recordings, all frequencies) in part (None: everywhere), and how
+    ``unsure`` the noise about each frequency is there, a standard deviation over its size.
+    """
     rng = np.random.default_rng([seed, 7])
     out = np.empty(SURROGATES)
     for k in range(SURROGATES):
         drawn = rng.chisquare(freedom[:, None], size=(freedom.size, frequencies))
         drawn /= np.median(drawn, axis=1, keepdims=True)
         if looked is not None:
-            drawn[~looked[:, rng.integers(looked.shape[1], size=frequencies)]] = np.nan
+            at = rng.integers(looked.shape[1], size=frequencies)
+            if unsure is not None:
+                drawn /= np.exp(unsure[:, at] * rng.normal(size=drawn.shape))
+            drawn[~looked[:, at]] = np.nan
         out[k] = np.nanmax(_median(_means(drawn, groups)), initial=0.0)
     return out
 

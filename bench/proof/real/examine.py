@@ -37,6 +37,8 @@ class Examined:
     real: RealSet
     missing: Sequence[str] = ()
     failed: str = ""
+    broken: bool = False
+    """whether it failed otherwise than by an answer of the analyser: that it cannot judge is one"""
     notes: list[str] = field(default_factory=list)
     verdict: str = ""
     regression: Regression | None = None
@@ -65,9 +67,9 @@ def examine(
     try:
         _compare(row, folder, folder_of_set, leaving_out, notify)
     except BenchError as error:
-        row.failed = str(error)
+        row.failed, row.broken = str(error), True
     except Exception as error:  # noqa: BLE001 - what is examined may break; the other sets are examined all the same
-        row.failed = f"the analysis ended in an error: {type(error).__name__}: {error}"
+        row.failed, row.broken = f"the analysis ended in an error: {type(error).__name__}: {error}", True
     row.seconds = time.monotonic() - began
     return row
 
@@ -84,7 +86,7 @@ def _compare(row: Examined, folder: Path, folder_of_set: Path, leaving_out: bool
         else:
             row.notes += [warning.removeprefix(f"{mapping}: ") for warning in one.warnings]
     if imported and all(isinstance(one, Rejected) for one in imported):
-        row.failed = f"nothing could be imported: {row.notes[0]}"
+        row.failed, row.broken = f"nothing could be imported: {row.notes[0]}", True
         return
     report = run(
         folder_of_set / "recordings",

@@ -413,7 +413,7 @@ def test_a_recording_of_few_seconds_says_how_long_it_should_be(tmp_path: Path) -
     write(folder, 0, seconds=6.2)
     report = run(folder, tmp_path / "out")
     assert report.why.startswith(
-        "6.2 s of recordings make 3 blocks that can be fitted (10 s make enough), at least 6 are"
+        "6.2 s of recordings make 3 blocks that can be fitted (10 s make enough; `pieces` in the mapping of an import"
     )
 
 

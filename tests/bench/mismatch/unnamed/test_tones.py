@@ -10,7 +10,7 @@ import pytest
 from bench.mismatch import criteria
 from bench.mismatch.discovery import TONE, Look, Structure
 from bench.mismatch.unnamed.structure import look_for_tone, matters
-from bench.mismatch.unnamed.tones import MOST_AMPLIFIED, Tone, _drawn, tone
+from bench.mismatch.unnamed.tones import FELT_DOUBT, MOST_AMPLIFIED, Tone, _drawn, tone
 from tests.bench.mismatch.report import made
 from tests.bench.mismatch.spectra import densities
 
@@ -134,7 +134,7 @@ def test_a_tone_is_found_among_orders_that_a_torque_cannot_feel_as_much() -> Non
     covered = tone(own, 1, DENSE)
     assert covered is None or covered.p_value > criteria.ERROR_RATE_OF_A_CHANNEL
     for felt, heard_ in ((1e-4 / by_inertia, True), (0.5 / by_inertia, False)):
-        found = tone(own, 1, DENSE, (), np.full(len(DENSE), felt).tolist())
+        found = tone(own, 1, DENSE, felt=np.full(len(DENSE), felt).tolist())
         assert (found is not None and found.p_value < criteria.ERROR_RATE_OF_A_CHANNEL) is heard_
         if heard_:
             assert found is not None
@@ -147,6 +147,18 @@ def test_among_orders_near_the_noise_noise_has_no_tone(seed: int) -> None:
     own = densities(seed)
     # an amplitude whose line a mode lifts just above the noise of its bins
     noise = float(np.median(own[0].power)) * 5.0 * own[0].step
-    felt = np.sqrt(2.0 * noise) / MOST_AMPLIFIED / (2.0 * np.pi * 20.0) ** 2
-    found = tone(own, seed, DENSE, (), np.full(len(DENSE), felt).tolist())
+    felt = np.sqrt(2.0 * noise) / (FELT_DOUBT * MOST_AMPLIFIED) / (2.0 * np.pi * 20.0) ** 2
+    found = tone(own, seed, DENSE, felt=np.full(len(DENSE), felt).tolist())
     assert found is None or found.p_value > criteria.ERROR_RATE_OF_A_CHANNEL
+
+
+def test_where_orders_cover_a_part_a_chance_in_noise_is_as_rare_as_it_says() -> None:
+    """The noise about a frequency is told by fewer frequencies there, and less surely."""
+    rng = np.random.default_rng(5)
+    chances = []
+    for seed in range(60):
+        orders = np.sort(rng.choice(np.arange(1.0, 4000.0), 600, replace=False)).tolist()
+        found = tone(densities(seed, recordings=8), seed, orders)
+        chances.append(1.0 if found is None else found.p_value)
+    assert sum(p < 0.05 for p in chances) <= 8
+    assert sum(p < criteria.ERROR_RATE_OF_A_CHANNEL for p in chances) <= 1

@@ -118,15 +118,16 @@ def test_where_nothing_can_be_imported_the_first_reason_is_told(
     monkeypatch.setattr(module, "import_recordings", lambda *_: refused)
     row = examine(own, tmp_path, tmp_path / "out")
     assert row.failed == "nothing could be imported: a.csv is not there"
+    assert row.broken
     assert row.notes == ["a.csv is not there", "b.csv is not there"]
 
 
-@pytest.mark.parametrize(("verdict", "code"), [("", 1), ("undetermined", 0)])
+@pytest.mark.parametrize("code", [1, 0])
 def test_a_set_that_failed_is_no_success_and_one_that_cannot_be_judged_is_an_answer(
-    verdict: str, code: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    code: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        module, "examine", lambda own, *_, **_more: Examined(own, failed="something is wrong", verdict=verdict)
+        module, "examine", lambda own, *_, **_more: Examined(own, failed="something is wrong", broken=bool(code))
     )
     done = CliRunner().invoke(make_app(), ["prove", "--real", str(tmp_path), "--set", "emps", "--out", str(tmp_path)])
     assert done.exit_code == code, done.output
