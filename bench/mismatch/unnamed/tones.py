@@ -177,13 +177,14 @@ def _mean_square(one: Density, frequency: float) -> float:
 
 def _may_be(power: FloatArray, bins: IntArray, amplitude: FloatArray, step: float) -> NDArray[np.bool_]:
     """Which lines (n,) at some ``bins`` of a spectrum may be orders of an ``amplitude`` (n,) without a mode: a mode may
-    lift them above the noise about them, and what stands there is no more than it may lift.
+    lift them above the noise about them, and what stands there is no more than it may lift all that reach there.
     """
     largest = 0.5 * (FELT_DOUBT * MOST_AMPLIFIED * amplitude) ** 2
-    ends = np.concatenate(([0.0], np.cumsum(power * step)))
-    at, after = np.maximum(bins - _LEAK, 0), np.minimum(bins + _LEAK + 1, power.size)
-    noise = np.asarray(percentile_filter(power, _QUIET, _ABOUT, mode="nearest"))[bins] * (after - at) * step
-    return np.asarray((largest >= noise) & (ends[after] - ends[at] <= largest))
+    reach = np.ones(2 * _LEAK + 1)
+    total = np.convolve(power * step, reach, "same")[bins]
+    together = np.convolve(np.bincount(bins, largest, power.size), np.ones(4 * _LEAK + 1), "same")[bins]
+    noise = np.asarray(percentile_filter(power, _QUIET, _ABOUT, mode="nearest"))[bins] * reach.size * step
+    return np.asarray((largest >= noise) & (total <= together + noise))
 
 
 def _lines(power: FloatArray, bins: IntArray, first: int) -> tuple[NDArray[np.bool_], FloatArray]:

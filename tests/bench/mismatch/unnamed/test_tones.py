@@ -9,6 +9,7 @@ import pytest
 
 from bench.mismatch import criteria
 from bench.mismatch.discovery import TONE, Look, Structure
+from bench.mismatch.recordings.vibration import Density
 from bench.mismatch.unnamed.structure import look_for_tone, matters
 from bench.mismatch.unnamed.tones import FELT_DOUBT, MOST_AMPLIFIED, Tone, _drawn, tone
 from tests.bench.mismatch.report import made
@@ -162,3 +163,26 @@ def test_where_orders_cover_a_part_a_chance_in_noise_is_as_rare_as_it_says() -> 
         chances.append(1.0 if found is None else found.p_value)
     assert sum(p < 0.05 for p in chances) <= 8
     assert sum(p < criteria.ERROR_RATE_OF_A_CHANNEL for p in chances) <= 1
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_orders_that_a_mode_makes_large_are_no_tone(seed: int) -> None:
+    """A mode stands at one frequency at every speed, and of its many orders one is there at each."""
+    rng = np.random.default_rng(seed)
+    step, natural, damping, averaged = 0.1, 25.0, 0.01, 8.0
+    orders = np.arange(1.0, 400.0)
+    felt = 2e-3 / (2.0 * np.pi * natural) ** 2
+    seen = []
+    for number, rotation in enumerate(np.geomspace(0.05, 0.6, 6)):
+        hertz = orders * rotation
+        large = (
+            felt * (2.0 * np.pi * hertz) ** 2 / np.abs(1.0 - (hertz / natural) ** 2 + 2j * damping * hertz / natural)
+        )
+        power = rng.chisquare(2.0 * averaged, 600) / (2.0 * averaged) * 1e-6
+        for shift, share in ((-1, 1.0 / 6.0), (0, 2.0 / 3.0), (1, 1.0 / 6.0)):
+            at = np.round(hertz / step).astype(int) + shift
+            inside = (at >= 0) & (at < power.size)
+            np.add.at(power, at[inside], share * 0.5 * large[inside] ** 2 / step)
+        seen.append(Density(number, power, step, averaged, 2.0 * step * 599, float(rotation)))
+    found = tone(seen, seed, orders.tolist(), felt=[felt] * orders.size)
+    assert found is None or found.p_value > criteria.ERROR_RATE_OF_A_CHANNEL
