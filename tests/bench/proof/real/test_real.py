@@ -25,18 +25,21 @@ from bench.recording.folder import Rejected
 def test_every_set_has_a_mapping_that_can_be_read_and_an_expert_that_can_be_asked(tmp_path: Path) -> None:
     sets = all_sets()
     assert len(sets) >= 21
-    assert {own.name for own in sets if own.apart} == {"hoist", "kinova", "lara8te", "loader", "openarm", "schunk", "ur3"}
+    apart = {"hoist", "kinova", "lara8te", "loader", "openarm", "schunk", "ur3"}
+    assert {own.name for own in sets if own.apart} == apart
     for own in sets:
         file = tmp_path / f"{own.name}.toml"
         file.write_text(own.mapping, encoding="utf-8")
         mapping, _ = load_mapping(file)
         patterns = {entry.file for entry in mapping.recordings}
         columns = [*mapping.channels.values(), *mapping.aux.values()]
+        columns += [channel for entry in mapping.recordings for channel in entry.channels.values()]
         patterns |= {own_file for channel in columns if (own_file := channel.file) is not None}
         names = [f.name for f in own.files]
         assert all(any(fnmatch(name, pattern) for name in names) for pattern in patterns)
         assert all(any(fnmatch(name, pattern) for pattern in patterns) for name in names)
         known = {name: np.linspace(0.1, 1.0, 5) for name in ("t", "q", "v", "a", *mapping.channels)}
+        known |= {name: np.ones(5) for entry in mapping.recordings for name in entry.channels}
         known |= {name: np.ones(5) for name in mapping.aux} | {f"d_{name}": np.ones(5) for name in mapping.aux}
         for term in own.expert.terms:
             assert evaluate(term.column, known).shape == (5,)
