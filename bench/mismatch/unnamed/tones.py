@@ -148,8 +148,19 @@ def tone(
     heard = tuple(recording for recording in strongest if recording in clear)
     # two ways to be a tone were asked
     p = float(np.clip(2.0 * p, criteria.LEAST_P, 1.0))
+    if not _stands_out(power[rows], np.isfinite(ratio[rows, peak]), peak):
+        p = 1.0
     size = (line.amplitude, line.amplitude_std)
     return Tone(at * step, line.offset_std * step, *size, p, tuple(strongest), squares, everywhere, heard)
+
+
+def _stands_out(power: FloatArray, looked: NDArray[np.bool_], peak: int) -> bool:
+    """Whether a line at a ``peak`` is larger than what is about it in spectra (recordings, f), orders included, where
+    nothing covers it (recordings,): what a pulse leaves has all orders, and between those that are known it is no line.
+    """
+    first = max(peak - _ABOUT // 2, 0)
+    about = np.median(power[:, first : peak + _ABOUT // 2 + 1], axis=1)
+    return bool(np.mean(np.log(np.maximum(power[looked, peak], 1e-300) / np.maximum(about[looked], 1e-300))) > 0.0)
 
 
 def _crest(ratio: FloatArray, peak: int) -> int:

@@ -11,7 +11,7 @@ from bench.mismatch import criteria
 from bench.mismatch.discovery import TONE, Look, Structure
 from bench.mismatch.recordings.vibration import Density
 from bench.mismatch.unnamed.structure import look_for_tone, matters
-from bench.mismatch.unnamed.tones import FELT_DOUBT, MOST_AMPLIFIED, Tone, _drawn, tone
+from bench.mismatch.unnamed.tones import FELT_DOUBT, MOST_AMPLIFIED, Tone, _drawn, _stands_out, tone
 from tests.bench.mismatch.report import made
 from tests.bench.mismatch.spectra import densities
 
@@ -186,3 +186,22 @@ def test_orders_that_a_mode_makes_large_are_no_tone(seed: int) -> None:
         seen.append(Density(number, power, step, averaged, 2.0 * step * 599, float(rotation)))
     found = tone(seen, seed, orders.tolist(), felt=[felt] * orders.size)
     assert found is None or found.p_value > criteria.ERROR_RATE_OF_A_CHANNEL
+
+
+def test_what_is_no_line_among_what_is_about_it_is_no_tone() -> None:
+    """What a pulse leaves at low frequencies is loud beside the few frequencies that known orders leave."""
+    seen = []
+    rng = np.random.default_rng(2)
+    for number, rotation in enumerate(np.geomspace(0.05, 0.2, 12)):
+        power = rng.chisquare(16.0, 600) / 16.0
+        power[12:22] *= 20.0
+        # orders stand to both sides of what is loud, as large as it is
+        power[2:12] *= 40.0
+        power[22:33] *= 40.0
+        seen.append(Density(number, power, 0.1, 8.0, 120.0, float(rotation)))
+    for density in seen:
+        assert not _stands_out(density.power[None], np.array([True]), 17)
+    found = tone([replace(d, power=np.where(np.arange(600) == 200, 30.0, d.power)) for d in seen], 1)
+    assert found is not None
+    assert found.p_value < criteria.ERROR_RATE_OF_A_CHANNEL
+    assert found.frequency == pytest.approx(20.0, abs=0.1)
