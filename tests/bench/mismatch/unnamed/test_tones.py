@@ -199,8 +199,7 @@ def test_what_is_no_line_among_what_is_about_it_is_no_tone() -> None:
         power[2:12] *= 40.0
         power[22:33] *= 40.0
         seen.append(Density(number, power, 0.1, 8.0, 120.0, float(rotation)))
-    for density in seen:
-        assert not _stands_out(density.power[None], np.array([True]), 17)
+    assert not _stands_out(np.array([d.power for d in seen]), np.ones(len(seen), dtype=bool), 17)
     found = tone([replace(d, power=np.where(np.arange(600) == 200, 30.0, d.power)) for d in seen], 1)
     assert found is not None
     assert found.p_value < criteria.ERROR_RATE_OF_A_CHANNEL
