@@ -114,7 +114,8 @@ def borne_out(model: ChannelModel) -> list[Chosen]:
     Several functions without a name go together where recordings held out are predicted better without all of them.
     A function of a quantity that is no channel of the bench goes if they are worse by more than the standard error: it
     may stand for another machine that acts on this one.
-    A name that predicts better within recordings stays: their levels differ by themselves.
+    A name that predicts better within recordings stays: their levels differ by themselves. In free motion they tell
+    friction, and do not.
     What a hysteresis is like at the beginning of a recording, none can predict: terms of the torque's path go only if
     they are worse by more than that as well. Which effects there are was chosen without these recordings; they only
     decide what is reported.
@@ -221,6 +222,7 @@ def worse_with(model: ChannelModel, current: Sequence[Chosen], effect: Chosen) -
     if (
         effect.effect != UNKNOWN
         and not problem.spec.integral
+        and model.noise.independent_rows is None
         and _better_within(left, problem.rows.frame.take(held), number)
     ):
         return None

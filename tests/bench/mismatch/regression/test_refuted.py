@@ -387,6 +387,9 @@ def test_levels_of_recordings_refute_no_name_that_predicts_better_within_them(
 
     monkeypatch.setattr(refuted, "_left", remaining)
     assert borne_out(model) == ([churn] if stays else [])
+    # without set operating points the recordings' levels are what tells friction
+    free = replace(model, noise=replace(model.noise, independent_rows=float(frame.size)))
+    assert borne_out(free) == []
 
 
 @pytest.mark.parametrize("share", [0.1, 1.0])
