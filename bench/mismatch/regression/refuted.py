@@ -114,8 +114,8 @@ def borne_out(model: ChannelModel) -> list[Chosen]:
     Several functions without a name go together where recordings held out are predicted better without all of them.
     A function of a quantity that is no channel of the bench goes if they are worse by more than the standard error: it
     may stand for another machine that acts on this one.
-    A name that predicts better within recordings stays: their levels differ by themselves. In free motion they tell
-    friction, and do not.
+    A name that predicts better within recordings stays: their levels differ by themselves. In free motion these tell
+    friction, and nothing stays with which, all together, recordings held out are predicted worse than with nothing.
     What a hysteresis is like at the beginning of a recording, none can predict: terms of the torque's path go only if
     they are worse by more than that as well. Which effects there are was chosen without these recordings; they only
     decide what is reported.
@@ -127,7 +127,7 @@ def borne_out(model: ChannelModel) -> list[Chosen]:
         if not refuted:
             together = _functions_that_do_not_help(model, current)
             if not together:
-                return current
+                return [] if _worse_than_nothing(model, current) else current
             for function in together:
                 current = without(current, function, model.problem.lacking)
             continue
@@ -138,6 +138,25 @@ def borne_out(model: ChannelModel) -> list[Chosen]:
         )
         # what stood beside it may have made up for it: it is asked again
         current = without(current, worst, model.problem.lacking)
+
+
+def _worse_than_nothing(model: ChannelModel, current: Sequence[Chosen]) -> bool:
+    """Whether recordings of free motion that are held out are predicted worse with some effects than with none: no
+    improved simulation is worse than the calibrated one.
+    """
+    held = model.problem.held_out
+    if model.noise.independent_rows is None or not held.any() or any(c.nominal for c in current) or not current:
+        return False
+    number = model.problem.rows.number[held]
+    with_them, with_none = (float(np.average(_left(model, one)[held] ** 2, weights=number)) for one in (current, []))
+    if with_them <= with_none:
+        return False
+    words = " and ".join(c.main.regressor.words for c in current)
+    model.notes.append(
+        f"{words} gained in the fit, but recordings held out are predicted"
+        f" {np.sqrt(with_them / max(with_none, 1e-300)):.3g} times as badly as without: not reported"
+    )
+    return True
 
 
 def _functions_that_do_not_help(model: ChannelModel, current: Sequence[Chosen]) -> list[Chosen]:
@@ -222,7 +241,6 @@ def worse_with(model: ChannelModel, current: Sequence[Chosen], effect: Chosen) -
     if (
         effect.effect != UNKNOWN
         and not problem.spec.integral
-        and model.noise.independent_rows is None
         and _better_within(left, problem.rows.frame.take(held), number)
     ):
         return None
