@@ -91,6 +91,15 @@ def predict_alike(model: ChannelModel, others: Sequence[Chosen], effect: Chosen,
     return bool(np.sum(number * (one - two) ** 2) < criteria.ALIKE**2 * np.sum(number * (one - plain) ** 2))
 
 
+def says_most_of(model: ChannelModel, others: Sequence[Chosen], effect: Chosen, other: Chosen) -> bool:
+    """Whether another explanation, beside some others, predicts most of what an effect adds there: else it is another
+    effect, which may act in a few recordings and gain as much.
+    """
+    number = model.problem.rows.number[model.problem.train]
+    plain, one, two = (_predicted(model, chosen) for chosen in (others, [*others, effect], [*others, other]))
+    return bool(np.sum(number * (one - two) ** 2) < criteria.EITHER * np.sum(number * (one - plain) ** 2))
+
+
 def untold(model: ChannelModel, others: Sequence[Chosen], effect: Chosen, other: Chosen) -> bool:
     """Whether two names predict so nearly the same that no rows could tell which of them there is: by what they differ
     over all rows that are fitted, each would be expected to gain less log density over the other than one has to be

@@ -17,7 +17,7 @@ from bench.mismatch import criteria
 from bench.mismatch.regression.beside import free_function, handicap_of, idle, in_its_form, shaped, sound_beside
 from bench.mismatch.regression.choosing import MOST_FORMS, MOST_REFINED, price_of_course
 from bench.mismatch.regression.description import description, prior_of
-from bench.mismatch.regression.equivalent import heirs_of, holds, numbers_of, predict_alike, untold
+from bench.mismatch.regression.equivalent import heirs_of, holds, numbers_of, predict_alike, says_most_of, untold
 from bench.mismatch.regression.folds import apart, surely_more, weights
 from bench.mismatch.regression.heredity import orphaned, without
 from bench.mismatch.regression.model import ChannelModel, Chosen
@@ -140,6 +140,8 @@ def _slot(search: Search, tested: Chosen, whole: FloatArray, number: int) -> Slo
             near = near or (
                 not strained(chosen.main.regressor, model.problem.rows.frame) and untold(model, others, rated, chosen)
             )
+            # what says little of the effect is another, which may be there as well
+            near = near and (chosen.effect == UNKNOWN or says_most_of(model, others, rated, chosen))
             near = near or chosen.effect in same
         better = surely_more(density, whole)
         alternatives.append(Contender(chosen, density, loss, error, float(share[k + 1]), near, worse, better))

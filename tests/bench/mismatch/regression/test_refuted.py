@@ -10,6 +10,7 @@ import pytest
 
 from bench.mismatch.regression import pruning, refuted
 from bench.mismatch.regression.beside import shaped
+from bench.mismatch.regression.equivalent import says_most_of
 from bench.mismatch.regression.folds import carried
 from bench.mismatch.regression.model import ChannelModel, Chosen, add_block
 from bench.mismatch.regression.refuted import borne_out, not_refuted, worse_with
@@ -450,3 +451,17 @@ def test_one_point_refutes_no_name_that_most_others_want(others: float, names: b
     whole[0] = squared[0] + 1e5
     beyond, _ = refuted._worse(whole, squared, np.ones(20, dtype=bool), 5.0, names)
     assert (beyond > 0.0) is refuted_
+
+
+def test_an_explanation_of_something_else_says_little_of_an_effect() -> None:
+    """A name with fewer numbers takes the place of another, or leaves it ambiguous, only where it says most of it."""
+    frame = campaign()
+    search, churn = churning(frame, measured(frame, 2))
+    model = search.model
+    power = shaped(search, [], named("friction.viscous_quadratic", MOTOR_TORQUE, "power", (1.8,)))
+    assert power is not None
+    once = frame.recording == 5
+    table = Free(MOTOR_TORQUE, (Grid(("time",), "d", (tuple(frame.time[once][[0, -1]].tolist()),)),))
+    elsewhere = Chosen(add_block(model.problem, model.bank, table, 1e-3))
+    assert says_most_of(model, [], churn, power)
+    assert not says_most_of(model, [], churn, elsewhere)
