@@ -8,7 +8,7 @@ from dataclasses import replace
 from bench.mismatch import criteria
 from bench.mismatch.regression.beside import chance_of, differs_from_zero, free_function, handicap_of, in_its_form
 from bench.mismatch.regression.description import description
-from bench.mismatch.regression.equivalent import explains_most, says_most_of
+from bench.mismatch.regression.equivalent import explains_most
 from bench.mismatch.regression.heredity import laws, without
 from bench.mismatch.regression.model import Block, ChannelModel, Chosen, add_block, sum_of_blocks
 from bench.mismatch.regression.one_law import one_or_two
@@ -115,15 +115,13 @@ def _plainest_first(search: Search, found: list[Slot]) -> list[Slot]:
 
 
 def _simpler(search: Search, slot: Slot) -> Contender | None:
-    """Of the names that are as good as a slot's and say most of its effect with fewer numbers the one that predicts
-    best, if it does so within its standard error (the one-standard-error rule: :data:`criteria.ONE_ERROR`) and by more
-    than chance.
+    """Of the names that are as good as a slot's and say its effect with fewer numbers the one that predicts best, if it
+    does so within its standard error (the one-standard-error rule: :data:`criteria.ONE_ERROR`) and by more than chance.
     """
     own = slot.chosen.main.regressor
     if not isinstance(own, Named) or slot.chosen.nominal:
         return None
     least = search.scans[-1].p_value if search.scans else lambda _: slot.p_value
-    others = [c for c in search.model.chosen if c is not slot.chosen]
     fewer = [
         r
         for r in slot.alternatives
@@ -133,7 +131,6 @@ def _simpler(search: Search, slot: Slot) -> Contender | None:
         and r.loss <= criteria.ONE_ERROR * r.error
         and least(slot.gain - r.loss) <= criteria.ERROR_RATE
         and handicap_of(search, r.chosen) == 0.0
-        and says_most_of(search.model, others, slot.chosen, r.chosen)
     ]
     return min(fewer, key=lambda r: r.loss, default=None)
 
