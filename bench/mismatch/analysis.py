@@ -17,7 +17,7 @@ from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.reaction import Reaction, reaction_of
 from bench.mismatch.orders.revolutions import found_in
 from bench.mismatch.orders.scattering import scattering
-from bench.mismatch.orders.shaken import INERTIA, inertia_from_orders, inertia_of, largest_inertia, without_shaking
+from bench.mismatch.orders.shaken import inertia_from_orders, inertia_of, largest_inertia, without_shaking
 from bench.mismatch.orders.torques import torque_discoveries
 from bench.mismatch.outcomes import of_search, slots_of
 from bench.mismatch.power_zeros import REST, UNNAMED, Zeros, of_model
@@ -229,9 +229,8 @@ def _outcome(
     rings = None if channel == TEMPERATURE or data.linear else _rings(out, data, given, alone, reaction)
     examine(outcome, alone, data.density.get(channel, ()), seed, rings)
     if channel != LOAD_TORQUE:
-        # the angle that the load does not make is the motor's, u times as large
-        inertia = largest_inertia(alone.model, INERTIA) if channel == MOTOR_TORQUE else None
-        ask_for_tone(outcome, data, out.transmission, seed, None if inertia is None else inertia * data.ratio)
+        # the motor feels orders by friction and by its control as well: how much, no inertia says
+        ask_for_tone(outcome, data, out.transmission, seed)
     return outcome
 
 
