@@ -288,7 +288,7 @@ def ask_for_tone(
 ) -> Tone | None:
     """Ask for a tone in a channel; the tone, if there is one. The gearbox's orders, of which the ``model`` of the
     transmission error knows, are felt in the torques as well, by their ``inertia`` at the load side (kg·m²), most of
-    all those that a mode makes large; None where the orders themselves are in the channel.
+    all those that a mode makes large; None where no inertia says how much.
     """
     channel = outcome.channel
     known = () if channel == TEMPERATURE else orders_of(model)

@@ -121,10 +121,9 @@ class Bank:
         What a model lacks inside the recordings may pull its coefficients away from what fits the means, and offsets of
         any size would take the difference. Nothing is ruled out where the means are few.
         """
-        mean, y = self._means(index)
-        least, free = _least_squares(mean, y)
-        if free >= FEWEST_FREE:
-            self.most = least / float(chi2.ppf(chance, free))
+        bound = self._bound(index, chance)
+        if np.isfinite(bound):
+            self.most = bound
 
     def ruled_in(self, variances: Sequence[float], index: Sequence[int], chance: float) -> tuple[float, ...]:
         """Those of the offsets' ``variances`` (ascending, the first always) that the recordings' means do not rule out
@@ -132,9 +131,13 @@ class Bank:
         """
         key = tuple(index)
         if key not in self._bounds:
-            least, free = _least_squares(*self._means(index))
-            self._bounds[key] = least / float(chi2.ppf(chance, free)) if free >= FEWEST_FREE else np.inf
+            self._bounds[key] = self._bound(index, chance)
         return (variances[0], *(v for v in variances[1:] if v <= self._bounds[key]))
+
+    def _bound(self, index: Sequence[int], chance: float) -> float:
+        """The largest variance that the means allow; infinite where they are few."""
+        least, free = _least_squares(*self._means(index))
+        return least / float(chi2.ppf(chance, free)) if free >= FEWEST_FREE else np.inf
 
     def contradicted(self, index: Sequence[int], coefficients: FloatArray, chance: float) -> bool:
         """Whether coefficients of columns ``index`` leave more of the recordings' means than chance explains beside

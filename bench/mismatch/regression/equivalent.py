@@ -86,18 +86,21 @@ def predict_alike(model: ChannelModel, others: Sequence[Chosen], effect: Chosen,
     """Whether two explanations predict what differs by next to nothing of what the first adds: evidence between them is
     that of their forms' corrections.
     """
-    number = model.problem.rows.number[model.problem.train]
-    plain, one, two = (_predicted(model, chosen) for chosen in (others, [*others, effect], [*others, other]))
-    return bool(np.sum(number * (one - two) ** 2) < criteria.ALIKE**2 * np.sum(number * (one - plain) ** 2))
+    return _differ_by_less(model, others, effect, other, criteria.ALIKE**2)
 
 
 def says_most_of(model: ChannelModel, others: Sequence[Chosen], effect: Chosen, other: Chosen) -> bool:
     """Whether another explanation, beside some others, predicts most of what an effect adds there: else it is another
     effect, which may act in a few recordings and gain as much.
     """
+    return _differ_by_less(model, others, effect, other, criteria.EITHER)
+
+
+def _differ_by_less(model: ChannelModel, others: Sequence[Chosen], effect: Chosen, other: Chosen, share: float) -> bool:
+    """Whether two explanations beside some others differ by less than a ``share`` of the energy that the first adds."""
     number = model.problem.rows.number[model.problem.train]
     plain, one, two = (_predicted(model, chosen) for chosen in (others, [*others, effect], [*others, other]))
-    return bool(np.sum(number * (one - two) ** 2) < criteria.EITHER * np.sum(number * (one - plain) ** 2))
+    return bool(np.sum(number * (one - two) ** 2) < share * np.sum(number * (one - plain) ** 2))
 
 
 def untold(model: ChannelModel, others: Sequence[Chosen], effect: Chosen, other: Chosen) -> bool:

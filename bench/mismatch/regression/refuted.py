@@ -124,70 +124,65 @@ def borne_out(model: ChannelModel) -> list[Chosen]:
     while True:
         ratios = ((c, worse_with(model, current, c)) for c in current)
         refuted = [(c, ratio) for c, ratio in ratios if ratio is not None]
-        if not refuted:
-            together = _functions_that_do_not_help(model, current)
-            if not together:
-                return [] if _worse_than_nothing(model, current) else current
-            for function in together:
-                current = without(current, function, model.problem.lacking)
+        if refuted:
+            worst, ratio = max(refuted, key=lambda one: one[1])
+            _tell(model, [worst], ratio)
+            # what stood beside it may have made up for it: it is asked again
+            current = without(current, worst, model.problem.lacking)
             continue
-        worst, ratio = max(refuted, key=lambda one: one[1])
-        how = f"{ratio:.3g} times as badly" if ratio >= 1.0 else "no better than by chance"
-        model.notes.append(
-            f"{_gained(worst)} the fit, but recordings held out are predicted {how} with it: it is not reported"
-        )
-        # what stood beside it may have made up for it: it is asked again
-        current = without(current, worst, model.problem.lacking)
+        helping = _with_functions_that_help(model, current)
+        if len(helping) == len(current):
+            return [] if _worse_than_nothing(model, current) else current
+        current = helping
+
+
+def _tell(model: ChannelModel, gone: Sequence[Chosen], ratio: float) -> None:
+    """Note that effects are not reported with which recordings held out are predicted so many times as badly."""
+    how = f"{ratio:.3g} times as badly" if ratio >= 1.0 else "no better than by chance"
+    them = "it: it is" if len(gone) == 1 else "them together: they are"
+    words = " and ".join([*(c.main.regressor.words for c in gone[:-1]), _gained(gone[-1])])
+    model.notes.append(f"{words} the fit, but recordings held out are predicted {how} with {them} not reported")
+
+
+def _squared(model: ChannelModel, chosen: Sequence[Chosen]) -> float:
+    """Mean square that some effects leave of recordings held out."""
+    held = model.problem.held_out
+    return float(np.average(_left(model, chosen)[held] ** 2, weights=model.problem.rows.number[held]))
 
 
 def _worse_than_nothing(model: ChannelModel, current: Sequence[Chosen]) -> bool:
     """Whether recordings of free motion that are held out are predicted worse with some effects than with none: no
     improved simulation is worse than the calibrated one.
     """
-    held = model.problem.held_out
-    if model.noise.independent_rows is None or not held.any() or any(c.nominal for c in current) or not current:
+    free = model.noise.independent_rows is not None and model.problem.held_out.any()
+    if not free or not current or any(c.nominal for c in current):
         return False
-    number = model.problem.rows.number[held]
-    with_them, with_none = (float(np.average(_left(model, one)[held] ** 2, weights=number)) for one in (current, []))
+    with_them, with_none = _squared(model, current), _squared(model, [])
     if with_them <= with_none:
         return False
-    words = " and ".join(c.main.regressor.words for c in current)
-    model.notes.append(
-        f"{words} gained in the fit, but recordings held out are predicted"
-        f" {np.sqrt(with_them / max(with_none, 1e-300)):.3g} times as badly as without: not reported"
-    )
+    _tell(model, current, float(np.sqrt(with_them / max(with_none, 1e-300))))
     return True
 
 
-def _functions_that_do_not_help(model: ChannelModel, current: Sequence[Chosen]) -> list[Chosen]:
-    """Of the functions without a name among some effects those without which recordings held out are predicted best,
-    two or more together: each may make up for another, and together they say nothing. Empty where they help.
+def _with_functions_that_help(model: ChannelModel, current: list[Chosen]) -> list[Chosen]:
+    """Some effects without those functions without a name, two or more together, without which recordings held out are
+    predicted best: each may make up for another, and together they say nothing. All of them where they help.
     """
-    held = model.problem.held_out
     functions = [c for c in current if without_a_name(c)]
-    if len(functions) < 2 or not held.any():
-        return []
-    number = model.problem.rows.number[held]
-
-    def square(chosen: Sequence[Chosen]) -> float:
-        return float(np.average(_left(model, chosen)[held] ** 2, weights=number))
+    if len(functions) < 2 or not model.problem.held_out.any():
+        return current
 
     def others(some: Sequence[Chosen]) -> list[Chosen]:
         return [c for c in current if not any(c is one for one in some)]
 
-    whole = square(current)
-    several = (list(some) for size in range(2, len(functions) + 1) for some in combinations(functions, size))
-    tried = [(square(others(some)), some) for some in several]
-    least, gone = min(tried, key=lambda one: one[0])
+    several = [some for size in range(2, len(functions) + 1) for some in combinations(functions, size)]
+    whole = _squared(model, current)
+    least, which = min((_squared(model, others(some)), k) for k, some in enumerate(several))
     if least >= whole:
-        return []
-    words = " and ".join(c.main.regressor.words for c in gone)
-    ratio = np.sqrt(whole / max(least, 1e-300))
-    model.notes.append(
-        f"{words} gained in the fit, but recordings held out are predicted {ratio:.3g} times as badly with them"
-        " together: they are not reported"
-    )
-    return gone
+        return current
+    gone = several[which]
+    _tell(model, gone, float(np.sqrt(whole / max(least, 1e-300))))
+    return others(gone)
 
 
 def _gained(chosen: Chosen) -> str:

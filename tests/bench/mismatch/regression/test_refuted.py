@@ -95,9 +95,8 @@ def test_a_function_without_a_name_that_recordings_held_out_do_not_bear_out_is_n
     assert bool(model.notes) is not lasts
 
 
-def test_a_function_is_asked_again_without_the_one_that_made_up_for_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Beside the second the first does no harm; without it, it does."""
-    frame = campaign()
+def with_two_tables(frame: Frame) -> tuple[ChannelModel, Chosen, Chosen]:
+    """Dry friction with two functions of the temperature beside it; every third recording is held out."""
     y = 0.5 * frame.direction + np.random.default_rng(5).normal(0.0, 0.01, frame.size)
     own = replace(problem(frame, y), folds=np.where(np.arange(24) % 3 == 0, -1, np.arange(24)))
     model = begun(own).model
@@ -105,6 +104,13 @@ def test_a_function_is_asked_again_without_the_one_that_made_up_for_it(monkeypat
     tables = [Free(MOTOR_TORQUE, (Grid(("temperature",), times, (knots,)),)) for times in ("1", "d")]
     first, second = (Chosen(add_block(own, model.bank, table, 1e-3)) for table in tables)
     model = replace(model, chosen=[first, second], fit=model.refitted([first, second]))
+    return model, first, second
+
+
+def test_a_function_is_asked_again_without_the_one_that_made_up_for_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beside the second the first does no harm; without it, it does."""
+    frame = campaign()
+    model, _, second = with_two_tables(frame)
     left = {2: 1.0, 1: 0.5, 0: 0.1}
 
     def remaining(_model: object, chosen: list[Chosen]) -> FloatArray:
@@ -121,13 +127,7 @@ def test_functions_that_only_make_up_for_each_other_are_not_told(
 ) -> None:
     """Either alone predicts worse than both, and nothing predicts better than both."""
     frame = campaign()
-    y = 0.5 * frame.direction + np.random.default_rng(5).normal(0.0, 0.01, frame.size)
-    own = replace(problem(frame, y), folds=np.where(np.arange(24) % 3 == 0, -1, np.arange(24)))
-    model = begun(own).model
-    knots = (22.0, 26.0, 30.0, 34.0, 40.0)
-    tables = [Free(MOTOR_TORQUE, (Grid(("temperature",), times, (knots,)),)) for times in ("1", "d")]
-    first, second = (Chosen(add_block(own, model.bank, table, 1e-3)) for table in tables)
-    model = replace(model, chosen=[first, second], fit=model.refitted([first, second]))
+    model, first, second = with_two_tables(frame)
     left = {2: 1.0, 1: 2.0, 0: without_both}
     monkeypatch.setattr(refuted, "_left", lambda _model, chosen: np.full(frame.size, np.sqrt(left[len(chosen)])))
     assert borne_out(model) == ([] if without_both < 1.0 else [first, second])
