@@ -19,6 +19,8 @@ RECORDINGS_FOR_SPAN = 15
 """recordings that are asked for the window of the rates: their middle needs no more"""
 SHARE_OF_FASTEST = 0.1
 """of the largest speed that was set, up to which a motor may be passing a crawl"""
+OF_LARGEST = 0.1
+"""of the largest acceleration, by which it jumps at a corner at least"""
 CRAWLS = 0.1
 """of the speed below which the bench stands, from which a motor crawls and does not stand"""
 NOTED = 0.05
@@ -135,17 +137,25 @@ def standstill_speed(recordings: Sequence[Recording]) -> float:
     return max(0.02 * fastest, 1e-9) if fastest > 0.0 else criteria.STANDSTILL_RAD_S
 
 
-def corners(acceleration: FloatArray, rate: float, span: float) -> NDArray[np.bool_]:
-    """Mark the surroundings of jumps of the acceleration: rates smoothed over a corner say nothing of the moment."""
+def corners(acceleration: FloatArray, rate: float, span: float, free: bool = False) -> NDArray[np.bool_]:
+    """Mark the surroundings of jumps of the acceleration: rates smoothed over a corner say nothing of the moment.
+
+    ``free``: whether the motion follows no set speeds. Then its acceleration is never still, so what it does by itself
+    is no measure of what it does at the ends of a recording.
+    """
     half = max(1, window(rate, span) // 2 + 1)
     # a recording that begins or ends while the speed changes has a corner there: what was before is not known
     padded = np.pad(acceleration, half)
     jump = np.abs(padded[2 * half :] - padded[: -2 * half])
     noise = 1.4826 * float(np.median(jump))
-    largest = float(np.percentile(np.abs(acceleration), 99.5))
-    marked = jump > max(6.0 * noise, 0.1 * largest, 0.5)
-    if marked.mean() > 0.3:  # no trapezoids here: a speed that never rests has no corners
-        return np.zeros(acceleration.size, dtype=bool)
+    least = OF_LARGEST * float(np.percentile(np.abs(acceleration), 99.5))
+    marked = jump > max(6.0 * noise, least, 0.5)
+    ends = np.ones(acceleration.size, dtype=bool)
+    ends[half:-half] = False
+    if marked.mean() > 0.3:  # no trapezoids here: a speed that never rests has no corners, but at its ends
+        marked &= ends
+    if free:
+        marked |= ends & (jump > least)
     near = half // 2
     spread = np.convolve(marked.astype(np.float64), np.ones(2 * near + 1))[near : near + acceleration.size]
     return np.asarray(spread > 0.5)

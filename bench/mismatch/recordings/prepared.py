@@ -290,7 +290,7 @@ def prepare(
         aux=_auxiliary(signals, span, runs),
     )
     passed = passing(omega, steady, manner, ratio)
-    corner = corners(acceleration, rate, span) | passed | runs.unknown
+    corner = corners(acceleration, rate, span, manner.free) | passed | runs.unknown
     given = _base_prediction(recording, folder)
     by = {SIMULATED + name: thinning.mean(values) for name, values in given.items() if BY in name}
     frame = replace(frame, aux={**frame.aux, **by})

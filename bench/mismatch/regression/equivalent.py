@@ -28,6 +28,8 @@ def heirs_of(
     """
     problem = model.problem
     least = trusted(model)
+    # no name has a correction of its form there, which would say by how much nature's differs
+    uncorrected = model.noise.independent_rows is not None
     number = problem.rows.number[problem.train]
 
     def same(one: FloatArray, other: FloatArray) -> bool:
@@ -40,7 +42,7 @@ def heirs_of(
 
     def but_for_a_form(one: FloatArray, name: FloatArray) -> bool:
         alike = apart(one, name) < criteria.SHAPE * active_size(name - nothing, number)
-        return alike and not size_of(model, one - name).enough
+        return alike and (uncorrected or not size_of(model, one - name).enough)
 
     predictions = [_predicted(model, [*others, one]) for one in contenders]
     numbers = [numbers_of(c) for c in contenders]

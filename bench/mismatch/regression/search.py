@@ -52,6 +52,8 @@ MOST_ROUNDS = 4
 """times that the noise is read afresh from what the model leaves"""
 QUIETER = 0.9
 """noise over that of the last round, or how wide it is taken, below which another round may find more"""
+FAR_QUIETER = 0.5
+"""noise over that which the model leaves, below which the simulation is calibrated anew beside what was found"""
 
 
 def begun(problem: ChannelProblem, seed: int = 0, left: FloatArray | None = None, wider: float = 1.0) -> Search:
@@ -145,7 +147,20 @@ def searched(problem: ChannelProblem, seed: int = 0) -> Search:
         if not quieter:
             break
         _forward(search)
-    return next_best(concluded(search), 0)
+    return as_noisy_as_left(next_best(concluded(search), 0))
+
+
+def as_noisy_as_left(search: Search) -> Search:
+    """The search with the noise that its model leaves, where that is far more than it was taken for: effects that went
+    again had made it less, and what is left of them would calibrate the simulation.
+    """
+    again = begun(search.model.problem, search.seed, left_by(search.model))
+    if np.median(search.model.noise.sigma) > FAR_QUIETER * np.median(again.model.noise.sigma):
+        return search
+    notes = [*search.model.notes, *(note for note in again.model.notes if note not in search.model.notes)]
+    again = carried_over(search, again)
+    again.model.notes, again.refuted = notes, search.refuted
+    return again
 
 
 def _sought(search: Search) -> Search:

@@ -30,6 +30,18 @@ def test_a_recording_that_begins_on_a_ramp_begins_with_a_corner() -> None:
     assert not corners(acceleration(0.0, 0.0, 60.0, 0.0), RATE, 0.06)[0]
 
 
+def test_a_motion_without_set_speeds_that_begins_or_ends_on_the_way_has_corners_there() -> None:
+    rng = np.random.default_rng(2)
+    shaken = np.concatenate([np.full(8, 40.0), rng.normal(0.0, 3.0, 1500)])
+    assert not corners(shaken, RATE, 0.06)[0]
+    assert corners(shaken, RATE, 0.06, free=True)[0]
+    # one that never rests has no corners but those, and one that begins at rest none
+    swing = 40.0 * np.cos(np.linspace(0.0, 60.0, 1500))
+    assert np.flatnonzero(corners(swing, RATE, 0.06, free=True)).size < 60
+    assert corners(swing, RATE, 0.06, free=True)[0]
+    assert not corners(np.concatenate([np.zeros(100), swing]), RATE, 0.06, free=True)[0]
+
+
 def test_passing_a_crawl_says_nothing_of_friction_and_a_steady_crawl_does() -> None:
     set_speeds = Manner(criteria.STANDSTILL_RAD_S, 0.06, 1000.0, speed=0.17)
     ramp = np.linspace(-4.0, 4.0, 801)

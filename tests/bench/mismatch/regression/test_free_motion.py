@@ -9,15 +9,16 @@ import pytest
 
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.alone import alone
-from bench.mismatch.regression.beside import sound_beside
+from bench.mismatch.regression.beside import free_function, sound_beside
 from bench.mismatch.regression.copies import copies, notes_of
 from bench.mismatch.regression.description import description
+from bench.mismatch.regression.equivalent import heirs_of
 from bench.mismatch.regression.heredity import laws, orphaned, without, without_laws
-from bench.mismatch.regression.model import Block, Chosen, add_block
+from bench.mismatch.regression.model import Block, Chosen, add_block, left_by
 from bench.mismatch.regression.noise import alike_for, of_free_motion
 from bench.mismatch.regression.problem import BaseTerm, ChannelProblem
 from bench.mismatch.regression.regressors import Free, Named, named
-from bench.mismatch.regression.search import begun, searched
+from bench.mismatch.regression.search import as_noisy_as_left, begun, carried_over, searched
 from bench.simulation.frame import ARRAYS, FloatArray, Frame, concatenate
 from bench.simulation.tables import Grid
 from bench.simulation.terms import LIBRARY, MOTOR_TORQUE
@@ -234,3 +235,77 @@ def test_another_reading_of_a_channel_is_a_copy_and_no_cause() -> None:
     names = {name for b in begun(own).blocks for name in b.regressor.variables}
     assert "aux/oil" in names
     assert not any("amperes" in name or "degrees" in name for name in names)
+
+
+def one_way(speeds: tuple[float, ...], way: float = 3.0, seconds: float = 4.0) -> Frame:
+    """Moves from the lowest point of an arm, each at a speed of its own, one way or the other: which way it goes and
+    where it is are one thing.
+    """
+    size = int(RATE * seconds)
+    parts = []
+    for number, speed in enumerate(speeds):
+        time = np.arange(1, size + 1) / RATE
+        began = np.exp(-time / 0.1)
+        angle = np.sign(speed) * np.minimum(np.abs(speed) * (time - 0.1 * (1.0 - began)), way)
+        moves = np.abs(angle) < way
+        values: dict[str, FloatArray] = {name: np.zeros(size) for name in ARRAYS}
+        values |= {
+            "count": np.full(size, 10.0),
+            "time": time,
+            "elapsed": time,
+            "theta": angle,
+            "q": angle,
+            "velocity": np.where(moves, speed * (1.0 - began), 0.0),
+            "acceleration": np.where(moves, speed * began / 0.1, 0.0),
+            "direction": np.where(moves, np.sign(speed), 0.0),
+            "last_direction": np.full(size, np.sign(speed)),
+            "temperature": np.full(size, 25.0),
+            "travel": np.abs(angle),
+            "reversal_travel": np.full(size, 10.0),
+            "reversal_time": np.full(size, 10.0),
+            "step": np.full(size, 1.0 / RATE),
+        }
+        parts.append(Frame(ratio=1.0, **values | {"recording": np.full(size, number, dtype=np.int64)}))  # type: ignore[arg-type]
+    return concatenate(parts)
+
+
+def arm(frame: Frame, second: float) -> FloatArray:
+    """Torque of an arm with friction and inertia, and a ``second`` part of its gravity that no name has."""
+    weight = 38.0 * np.sin(frame.q) + second * np.sin(2.0 * frame.q)
+    motion = 12.0 * frame.direction + 2.5 * frame.omega + 2.4 * frame.acceleration
+    return np.asarray(weight + motion + np.random.default_rng(4).normal(0.0, 1.0, frame.size))
+
+
+def of_the_arm(second: float) -> ChannelProblem:
+    frame = one_way(tuple(side * v for v in np.linspace(0.2, 1.5, 12) for side in (1.0, -1.0)))
+    problem = asked(frame, arm(frame, second), *NOMINAL, "motor.torque_offset")
+    return replace(problem, usable=frame.direction != 0, cut=False)
+
+
+def test_a_simulation_that_far_too_little_noise_calibrated_is_calibrated_anew() -> None:
+    problem = of_the_arm(0.0)
+    found = searched(problem)
+    left = left_by(found.model)
+    little = carried_over(found, begun(problem, 0, 0.1 * left))
+    little.model.notes = ["a function was refuted"]
+    again = as_noisy_as_left(little)
+    assert again.model.noise.sigma[0] == pytest.approx(begun(problem, 0, left).model.noise.sigma[0])
+    assert [c.effect for c in again.model.chosen] == [c.effect for c in found.model.chosen]
+    assert "a function was refuted" in again.model.notes
+    assert as_noisy_as_left(found) is found
+
+
+@pytest.mark.parametrize(("second", "heirs"), [(0.05, {0: 1}), (0.8, {})])
+def test_a_table_that_is_off_a_name_by_no_more_than_its_form_has_that_name(
+    second: float, heirs: dict[int, int]
+) -> None:
+    frame = swinging()
+    weight = 1.5 * np.sin(frame.q) + second * np.sin(2.0 * frame.q)
+    search = begun(asked(frame, plain(frame) + weight + noise(frame), *NOMINAL))
+    model = search.model
+    gravity = named("load.unbalance", MOTOR_TORQUE, "gravity")
+    tables = (b for b in search.blocks if isinstance(b.regressor, Free) and b.regressor.times == ("1",))
+    # the coarser of two tables, which is off by its knots as well
+    table = next(b for b in tables if b.regressor.variables == ("angle",) and b.regressor.numbers > 1)
+    contenders = (free_function(search, [], table), Chosen(add_block(model.problem, model.bank, gravity)))
+    assert heirs_of(model, [], contenders) == (heirs, False)
