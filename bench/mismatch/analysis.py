@@ -198,7 +198,10 @@ def _beside_orders(out: Analysis, data: Dataset, given: Given, problem: ChannelP
     found = torque_discoveries(without_shaking(seen, inertia_of(search.model) if inertia is None else inertia), seed)
     waves = np.sum([np.zeros(problem.rows.size), *(d.added for d in found)], axis=0)
     size = float(np.sqrt(np.average(waves**2, weights=np.where(problem.usable, problem.rows.number, 0.0))))
-    if size == 0.0 or size < criteria.LEAST_STRENGTH * search.model.floor:
+    little = size < criteria.LEAST_STRENGTH * search.model.floor
+    # rows of a steady part hardly feel an order, those of a reversal do
+    gain = 0.5 * float(np.sum((waves[problem.train] / search.model.noise.sigma) ** 2))
+    if size == 0.0 or (little and gain < search.model.price):
         return search
     out.plain[channel] = search.model.refitted([])
     search.close()
@@ -247,7 +250,8 @@ def _rings(out: Analysis, data: Dataset, given: Given, search: Search, reaction:
             off = less_fixed(given, channel, rows).y - search.model.predict(rows.frame)
             yield on_grid(rows.frame, np.where(usable(channel, rows), off, np.nan), number)
 
-    return ring_down(search.model.problem.rows.frame, data.density.get(LOAD_TORQUE, ()), data.folds() >= 0, left)
+    frame, densities = search.model.problem.rows.frame, data.density.get(LOAD_TORQUE, ())
+    return ring_down(frame, densities, data.folds() >= 0, left, data.folder.notch)
 
 
 def _as_warm_as_it_is(

@@ -150,9 +150,15 @@ class Task:
 
     def _rings(self, outcome: ChannelOutcome) -> RingDown | None:
         """Ringing after the load torque has changed its sign. Rows over the angle are mostly short enough for it."""
-        frame, left = outcome.rows.frame, np.where(outcome.usable, outcome.left, np.nan)
-        densities, fitted = self.data.density.get(LOAD_TORQUE, ()), self.data.folds() >= 0
-        return ring_down(frame, densities, fitted, lambda some: (on_grid(frame, left, number) for number in some))
+        frame, densities, fitted = outcome.rows.frame, self.data.density.get(LOAD_TORQUE, ()), self.data.folds() >= 0
+        left = np.where(outcome.usable, outcome.left, np.nan)
+        return ring_down(
+            frame,
+            densities,
+            fitted,
+            lambda some: (on_grid(frame, left, number) for number in some),
+            self.data.folder.notch,
+        )
 
     def _model(self, tone: FloatArray | None, known: KnownOffset | None) -> TransmissionModel:
         data, given, rows = self.data, self.given, self.rows

@@ -13,8 +13,10 @@ import numpy as np
 from bench.simulation.frame import FloatArray, Frame, gone_through, recording_starts
 from bench.simulation.states import lag_along, limited_along, play_along, relax, relax_along, worked_along
 
-Between = Literal["fresh", "kept", "released"]
-"""what a state does between recordings: begins at 0 in each; stays; or follows the input to 0 and on from there"""
+Between = Literal["fresh", "kept", "released", "followed"]
+"""what a state does between recordings: begins at 0 in each; stays; follows the input to 0 and on from there; or from
+the last value to the next
+"""
 NOISE_SHARE = 0.1
 """of the width of a loop: play that keeps a sensor's noise from turning it"""
 RATES = (0.2, 0.8, 3.0)
@@ -29,15 +31,15 @@ FEW = 5
 """rows whose mean tells the temperature at which a recording begins or ends"""
 _CLOCK = ("recording", "time", "elapsed", "step")
 """what states need of a frame beside what drives them"""
-_CODES: dict[Between, int] = {"fresh": 0, "kept": 1, "released": 2}
+_CODES: dict[Between, int] = {"fresh": 0, "kept": 1, "released": 2, "followed": 3}
 
 
 def begins(state: str, between: Between) -> str:
     """What an equation says of a state between recordings."""
     if between == "fresh":
         return f"{state} = 0 before each recording"
-    by_zero = " by way of an input of 0" if between == "released" else ""
-    return f"{state} goes on between recordings{by_zero}"
+    way = {"released": " by way of an input of 0", "followed": " as its input does"}.get(between, "")
+    return f"{state} goes on between recordings{way}"
 
 
 @numba.njit(cache=True)
@@ -55,7 +57,7 @@ def _relaxing(
             if previous != 0.0:
                 z = relax(z, -previous, scale)
             previous = 0.0
-        else:
+        elif between != 3:
             previous = x[a]
         z, previous = relax_along(x[a:b], forgotten[a:b], height[a:b], out[a:b], z, previous, scale)
     return out
@@ -112,7 +114,8 @@ def relaxing(
     |dx|, z loses z·|dx|/scale.
     """
     if not isinstance(x, np.ndarray):
-        return x.remembered("relaxing", scale, float(between == "released"), beside=(rate, height))
+        from_zero = between in ("released", "followed")
+        return x.remembered("relaxing", scale, float(from_zero), beside=(rate, height))
     forgotten = np.ascontiguousarray(rate * frame.step)
     heights = np.full(x.size, height) if np.ndim(height) == 0 else np.ascontiguousarray(height)
     if frame.memory is not None:

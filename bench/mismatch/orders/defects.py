@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from bench.mismatch import criteria
 from bench.mismatch.orders.periodic import Pulse
-from bench.mismatch.orders.pulse_forms import SEARCH_RANGE, Form, apart, apex, extent, fewest, form_of
+from bench.mismatch.orders.pulse_forms import SEARCH_RANGE, Form, apart, apex, extent, fewest, form_of, size_of
 from bench.mismatch.orders.pulse_mean import Mean
 from bench.mismatch.orders.revolutions import Complex
 from bench.mismatch.orders.sight import Sight
@@ -28,6 +28,8 @@ from bench.simulation.waves import angle_from
 SURROGATES = 24
 STARTS = 4
 MOST_GROUPS = 6
+TURNS = 3
+"""times that each of several places is fitted to what the others leave"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,17 +75,32 @@ def search(sight: Sight, seed: int) -> list[Defect]:
         form = form_of(line, before, best[1])
         found.append(_Found(best[0], tail_rate(nulls, best[0]), form))
         before = before + _drawn(line, form.pulses)
-    out: list[Defect] = []
-    others = none
-    for group in _grouped(found):
-        form = form_of(line, others, group[0].form.first)
-        if len(group) > 1:
-            together = fewest(line, others, [p for one in group for p in one.form.pulses])
-            form = min(form, together, key=lambda f: f.words)
-        others = others + _drawn(line, form.pulses)
-        first = form.first if len(form.pulses) == 1 else apex(form.pulses)
-        out.append(Defect(first, form.pulses, group[0].gain, group[0].p_value))
-    return out
+    groups = _grouped(found)
+    forms = _fitted_beside_each_other(line, [[one.form for one in group] for group in groups])
+    return [
+        Defect(form.first if len(form.pulses) == 1 else apex(form.pulses), form.pulses, group[0].gain, group[0].p_value)
+        for form, group in zip(forms, groups, strict=True)
+    ]
+
+
+def _fitted_beside_each_other(line: Mean, groups: Sequence[Sequence[Form]]) -> list[Form]:
+    """Forms of several places, each fitted to what the others leave, in turns: the first one was found, and fitted,
+    while the others stood in the spectrum, of the same orders as itself.
+    """
+    pulses = [[p for form in group for p in form.pulses] for group in groups]
+    firsts = [max((form.first for form in group), key=size_of) for group in groups]
+    drawn = [_drawn(line, of_place) for of_place in pulses]
+    forms: list[Form] = []
+    for _ in range(TURNS if len(groups) > 1 else 1):
+        forms = []
+        for k, of_place in enumerate(pulses):
+            others = sum(drawn[:k] + drawn[k + 1 :], np.zeros(line.orders.size, dtype=np.complex128))
+            form = form_of(line, others, firsts[k])
+            if len(of_place) > 1:
+                form = min(form, fewest(line, others, of_place), key=lambda f: f.words)
+            forms.append(form)
+            pulses[k], drawn[k], firsts[k] = [*form.pulses], _drawn(line, form.pulses), form.first
+    return forms
 
 
 def _grouped(found: Sequence[_Found]) -> list[list[_Found]]:

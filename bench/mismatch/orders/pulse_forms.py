@@ -68,7 +68,7 @@ def fewest(line: Mean, before: Complex, pulses: Sequence[Pulse]) -> Form:
     # the range about the place is that of the pulses it was found as: from one fit to the next it would grow
     widest = max((p.width for p in pulses), default=0.0)
     while pulses:
-        first = replace(max(pulses, key=_size), width=widest)
+        first = replace(max(pulses, key=size_of), width=widest)
         begin = np.concatenate([[p.height, angle_from(p.angle, first.angle), np.log(p.width)] for p in pulses])
         begin, cost, covariance = _least_squares(line, left, first, begin, criteria.SHAPE / 2.0 ** (len(pulses) - 1))
         total = cost + _price(line, len(pulses))
@@ -100,7 +100,7 @@ def extent(pulses: Sequence[Pulse]) -> tuple[float, float]:
     """Angles (rad) between which several Gaussians together are above the part of their height that one Gaussian has
     :data:`ENDS` widths from its middle.
     """
-    middle = max(pulses, key=_size).angle
+    middle = max(pulses, key=size_of).angle
     begins = [angle_from(p.angle, middle) - 2.0 * ENDS * p.width for p in pulses]
     ends = [angle_from(p.angle, middle) + 2.0 * ENDS * p.width for p in pulses]
     angle = middle + np.linspace(min(begins), max(ends), 2 * GRID + 1)
@@ -114,7 +114,8 @@ def _price(line: Mean, number: int) -> float:
     return 1.5 * number * float(np.log(2.0 * line.orders.size))
 
 
-def _size(pulse: Pulse) -> float:
+def size_of(pulse: Pulse) -> float:
+    """Size of a pulse: the root of its energy, but for a factor that all have."""
     return abs(pulse.height) * float(np.sqrt(pulse.width))
 
 
@@ -131,7 +132,7 @@ def _pulses(x: FloatArray, covariance: FloatArray, first: Pulse) -> tuple[Pulse,
         size = float(np.exp(width))
         deviations = (float(sa), float(sw * size), float(sh))
         out.append(Pulse(float(np.mod(first.angle + shift, 2.0 * np.pi)), size, float(height), deviations))
-    return tuple(sorted(out, key=_size, reverse=True))
+    return tuple(sorted(out, key=size_of, reverse=True))
 
 
 def _next(line: Mean, rest: Complex, first: Pulse) -> FloatArray:

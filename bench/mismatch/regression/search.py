@@ -12,7 +12,7 @@ import numpy as np
 from bench.mismatch import criteria
 from bench.mismatch.regression.auxiliary import auxiliary_candidates, composed_candidates
 from bench.mismatch.regression.bank import Bank
-from bench.mismatch.regression.beside import shaped
+from bench.mismatch.regression.beside import chance_of, shaped
 from bench.mismatch.regression.candidates import free_candidates, named_candidates
 from bench.mismatch.regression.choosing import best_candidate, hidden_pair
 from bench.mismatch.regression.copies import copies, notes_of
@@ -25,13 +25,14 @@ from bench.mismatch.regression.model import (
     add_base,
     calibration,
     fit_blocks,
+    kept_small,
     left_by,
     plain_residual,
     prepare_bank,
     widened,
 )
 from bench.mismatch.regression.prior import settled, zeros_settled
-from bench.mismatch.regression.problem import ChannelProblem
+from bench.mismatch.regression.problem import NUISANCE, ChannelProblem
 from bench.mismatch.regression.products import without_parts
 from bench.mismatch.regression.pruning import concluded, pruned
 from bench.mismatch.regression.regressors import Free, Named, Regressor
@@ -137,7 +138,7 @@ def searched(problem: ChannelProblem, seed: int = 0) -> Search:
     """
     search = begun(problem, seed)
     if search.model.noise.independent_rows is None:
-        return _resettled(next_best(concluded(_sought(search)), 0))
+        return _without_idle_nuisance(_resettled(next_best(concluded(_sought(search)), 0)))
     _forward(search)
     # only what a model leaves tells the noise: with a better model there is less of it, and more is found
     for _ in range(MOST_ROUNDS):
@@ -148,6 +149,23 @@ def searched(problem: ChannelProblem, seed: int = 0) -> Search:
             break
         _forward(search)
     return as_noisy_as_left(next_best(concluded(search), 0))
+
+
+def _without_idle_nuisance(search: Search) -> Search:
+    """The search without what another channel has without a name, where that may as well be nothing here. It stands in
+    no file: where it is like one of the simulation's terms, that would be calibrated beside it and used without it.
+    """
+    model = search.model
+    if model.problem.spec.integral:
+        return search
+    free = [b for b in model.base if b.regressor.effect == NUISANCE and not kept_small(b)]
+    idle = [b for b in free if chance_of(*model.fit.of(b.indices)) > criteria.ERROR_RATE]
+    if not idle:
+        return search
+    base = [b for b in model.base if not any(b is one for one in idle)]
+    search.model = model = replace(model, base=base, calibration=calibration(model.problem, base, model.noise))
+    model.fit = model.refitted(model.chosen)
+    return search
 
 
 def as_noisy_as_left(search: Search) -> Search:

@@ -49,6 +49,8 @@ once is no property of crossings
 """
 EVERY = 5
 """steps of time between places of a step or a knee that are tried"""
+SURE_HZ = 3.0
+"""standard deviations of its frequency within which what rings may be a ripple"""
 FIRST_STEP = 0.05
 """of the logarithms of frequency and decay"""
 
@@ -119,16 +121,37 @@ def ring_down(
     densities: Sequence[Density],
     fitted: NDArray[np.bool_],
     read: Callable[[Sequence[int]], Iterable[FineResidual | None]],
+    ripples: Sequence[float] = (),
 ) -> RingDown | None:
     """Ringing after the load torque, whose spectra have ``densities``, has changed its sign in recordings that rows of
     a ``frame`` show, of which some are ``fitted`` (recordings,): these decide. None where it cannot be told. ``read``:
-    what is left of recordings, by their numbers.
+    what is left of recordings, by their numbers. ``ripples``: orders of the control's ripple, which the load torque
+    holds: where it is near zero a steep offset follows them.
     """
     clear, chosen = clear_of_zero(densities), fitted.tolist()
     if clear is None:
         return None
     found = read(to_read(frame, clear, chosen).tolist())
-    return after_crossings((residual for residual in found if residual is not None), clear, chosen)
+    rings = after_crossings((residual for residual in found if residual is not None), clear, chosen)
+    if rings is None or rings.ringing is None or not _of_ripple(rings.ringing, frame, ripples):
+        return rings
+    return None
+
+
+def _of_ripple(ringing: Ringing, frame: Frame, ripples: Sequence[float]) -> bool:
+    """Whether what rings has, after most crossings, the frequency that a ripple of some order of the output shaft has
+    at the speed there.
+    """
+    frequency, std = ringing.frequency
+    speeds = []
+    for recording, times, _ in ringing.rings:
+        at = np.flatnonzero(frame.recording == recording)
+        speeds.append(abs(float(np.interp(times[0], frame.elapsed[at], frame.velocity[at]))))
+    near = [
+        np.abs(order * np.array(speeds) / (2.0 * np.pi) - frequency) < max(SURE_HZ * std, (RATIO - 1.0) * frequency)
+        for order in ripples
+    ]
+    return any(float(np.mean(one)) > 0.5 for one in near) if speeds else False
 
 
 def after_crossings(recordings: Iterable[FineResidual], clear: float, fitted: Sequence[bool]) -> RingDown | None:

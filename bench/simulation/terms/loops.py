@@ -11,8 +11,9 @@ from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.memory import NOISE_SHARE, RATES, RATES_IN_MOTION, Between, begins, play, relaxing
 from bench.simulation.terms.base import Columns, Form, Point, Symbol, columns, logarithmic, top
 
-BETWEEN: tuple[Between, ...] = ("fresh", "kept", "released")
-SUFFIX = {"fresh": "", "kept": "_kept", "released": "_released"}
+BETWEEN: tuple[Between, ...] = ("fresh", "followed", "released")
+"""what loops do between recordings: the load goes from one to the next, with or without a rest at zero"""
+SUFFIX = {"fresh": "", "followed": "_kept", "released": "_released"}
 NARROWEST = 0.06
 """of the largest torque"""
 WIDEST = 0.4

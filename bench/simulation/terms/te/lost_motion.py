@@ -2,10 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.terms.base import TRANSMISSION_ERROR, Form, Point, Symbol, Term, columns, logarithmic, top
+from bench.simulation.terms.base import (
+    TRANSMISSION_ERROR,
+    Columns,
+    Form,
+    Point,
+    Symbol,
+    Term,
+    columns,
+    logarithmic,
+    top,
+)
 
 
 def _scales(frame: Frame) -> tuple[Point, ...]:
@@ -39,6 +51,11 @@ def _by_direction(frame: Frame, point: Point) -> FloatArray:
     return columns(-passed, -frame.last_direction * passed)
 
 
+def _passed_off_centre(passed: Callable[[FloatArray], FloatArray]) -> Columns:
+    """Lost motion that is ``passed`` about a torque other than zero, in one of the courses that it has about zero."""
+    return lambda frame, point: columns(-passed((frame.torque_level - point[1]) / point[0]))
+
+
 OFF = (-0.6, 0.6)
 """of the torque within which lost motion is passed, by which its middle is off zero torque where it is refined from: a
 sensor's zero, or the drag of the output's bearing
@@ -51,6 +68,13 @@ J_D = Symbol(
 )
 TAU_0 = Symbol("tau_0", "N*m", "torque about which it is passed")
 TAU_J = Symbol("tau_j", "N*m", "torque within which it is passed", 0.0)
+
+_OFF_CENTRE: tuple[tuple[str, Callable[[FloatArray], FloatArray], str], ...] = (
+    ("tanh", np.tanh, "TE -= j_2*tanh((tau - tau_0)/tau_j)"),
+    ("arctan", lambda x: 2.0 / np.pi * np.arctan(x), "TE -= j_2*2/pi*arctan((tau - tau_0)/tau_j)"),
+    ("algebraic", lambda x: x / np.sqrt(x**2 + 1.0), "TE -= j_2*x/sqrt(x**2 + 1), x = (tau - tau_0)/tau_j"),
+)
+"""courses that a lost motion may have about a torque other than zero: name, of what, equation"""
 
 TERM = Term(
     effect="te.lost_motion",
@@ -65,6 +89,10 @@ TERM = Term(
             Form("algebraic", _algebraic, (J,), (TAU_J,), _scales, equation="TE -= j_2*tau/sqrt(tau**2 + tau_j**2)"),
             Form(
                 "piecewise", _piecewise, (J,), (TAU_J,), _scales, equation="TE -= j_2*max(-1, min(1, tau/(1.5*tau_j)))"
+            ),
+            *(
+                Form(f"{name} off centre", _passed_off_centre(passed), (J,), (TAU_J, TAU_0), _off_centre, equation=text)
+                for name, passed, text in _OFF_CENTRE
             ),
             Form(
                 "by direction",

@@ -27,6 +27,16 @@ def _piecewise(frame: Frame, point: Point) -> FloatArray:
     return columns(np.sign(frame.torque_level) * np.maximum(np.abs(frame.torque_level) - point[0], 0.0) / 1000.0)
 
 
+def _wide_knees(frame: Frame) -> tuple[Point, ...]:
+    return tuple((knee, share * knee) for (knee,) in _knees(frame)[::2] for share in (0.1, 0.3))
+
+
+def _smooth_knee(frame: Frame, point: Point) -> FloatArray:
+    knee, width = point
+    beyond = np.logaddexp(0.0, (np.abs(frame.torque_level) - knee) / width) - np.logaddexp(0.0, -knee / width)
+    return columns(np.sign(frame.torque_level) * width * beyond / 1000.0)
+
+
 def _exponents(_: Frame) -> tuple[Point, ...]:
     return ((2.4,), (3.0,), (3.6,), (4.5,))
 
@@ -51,6 +61,7 @@ EXPONENT = Symbol("n", "1", "exponent of the torque", 1.0)
 B_K = Symbol("b_k", "rad", "change of the compliance beyond the knee, per kN*m")
 B_A = Symbol("b_a", "rad", "amplitude of the arctangent")
 KNEE = Symbol("tau_k", "N*m", "torque of the knee", 0.0)
+WIDTH = Symbol("w_k", "N*m", "how far about the knee the compliance changes", 0.0)
 
 TERM = Term(
     effect="te.stiffness_nonlinear",
@@ -70,6 +81,16 @@ TERM = Term(
                 (KNEE,),
                 _knees,
                 equation="TE += b_k*sgn(tau)*max(abs(tau) - tau_k, 0)/(1 kN*m)",
+            ),
+            Form(
+                "smooth_knee",
+                _smooth_knee,
+                (B_K,),
+                (KNEE, WIDTH),
+                _wide_knees,
+                equation=(
+                    "TE += b_k*sgn(tau)*w_k*(log(1 + exp((abs(tau) - tau_k)/w_k)) - log(1 + exp(-tau_k/w_k)))/(1 kN*m)"
+                ),
             ),
             Form("arctan", _softening, (B_A,), (KNEE,), _soft_scales, equation="TE += b_a*arctan(tau/tau_k)"),
         )
