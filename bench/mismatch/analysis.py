@@ -26,6 +26,7 @@ from bench.mismatch.prediction import corrected
 from bench.mismatch.problems import capacity_of, less_fixed, periodicity_of, problem_of, usable, wandering_zero
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.read_again import finely
+from bench.mismatch.recordings.read_motion import without_misread_motion
 from bench.mismatch.recordings.rows import HEAT_S, Rows
 from bench.mismatch.regression.bank import Fit
 from bench.mismatch.regression.candidates import ROTATING
@@ -33,6 +34,7 @@ from bench.mismatch.regression.hidden_states import with_states
 from bench.mismatch.regression.model import ChannelModel, Chosen, fit_blocks
 from bench.mismatch.regression.nameless_heat import gain_heat, nameless_heat, nameless_load_heat, sensor_heat
 from bench.mismatch.regression.nameless_load import nameless_load
+from bench.mismatch.regression.noise import usual_rate
 from bench.mismatch.regression.problem import CHANNELS, TORQUE_ZERO, BaseTerm, ChannelProblem
 from bench.mismatch.regression.regressors import UNKNOWN, Named, Regressor
 from bench.mismatch.regression.search import searched
@@ -44,10 +46,11 @@ from bench.mismatch.unnamed.crossings import FINE_S, FineResidual, on_grid
 from bench.mismatch.unnamed.ring_down import RingDown, ring_down
 from bench.mismatch.unnamed.structure import examine
 from bench.mismatch.who_reads_wrong import as_reported, mark, mark_load, of_load_motor, of_shaft, on_shaft
-from bench.simulation.frame import FloatArray
+from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.memory import lag, loss_lag
 from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
 from bench.simulation.terms.thermal.sensor_lag import SETTLED, lags_of
+from bench.simulation.waves import from_json
 
 Progress = Callable[[str, float], None]
 
@@ -149,6 +152,8 @@ def analyse(
             if channel == TEMPERATURE:
                 search = _heat(out, data, given, rows, seed, (*banned, *shown))
             else:
+                if channel == MOTOR_TORQUE and not data.linear:
+                    rows = replace(rows, frame=_moved(out, data, given, rows.frame))
                 problem = problem_of(data, given, channel, rows, (*banned, *shown), unnamed)
                 search = _beside_orders(out, data, given, problem, seed)
                 search = search if data.linear else with_states(search, seed)
@@ -179,6 +184,16 @@ def analyse(
         inertia = largest_inertia(out.searches[LOAD_TORQUE].model, LOAD_INERTIA)
         ask_for_tone(out.outcomes[LOAD_TORQUE], data, out.transmission, seed, inertia)
     return out
+
+
+def _moved(out: Analysis, data: Dataset, given: Given, frame: Frame) -> Frame:
+    """A frame with the motion of the motor, without what its encoder misreads."""
+    outcome = out.outcomes.get(TRANSMISSION_ERROR)
+    found = [] if outcome is None else [d for d in outcome.discoveries if d.effect == ENCODER]
+    waves = [w for d in found for row in d.simulation_rows for w in from_json(row.get("waves", ()), ENCODER)]
+    waves += given.misread_waves
+    rate = usual_rate(frame)
+    return without_misread_motion(frame, waves, rate, data.folder.manner.smoothing) if waves and rate > 0.0 else frame
 
 
 def _beside_orders(out: Analysis, data: Dataset, given: Given, problem: ChannelProblem, seed: int) -> Search:

@@ -69,7 +69,7 @@ def rmse(
     unknown: set[tuple[str, str]] = set()
     speeds = [] if analysis.transmission is None else [t.velocity for t in analysis.transmission.revolutions]
     bounds = Bounds.of(speeds)
-    pieces = {m.index: m for m in members}
+    pieces, span = {m.index: m for m in members}, data.folder.manner.smoothing
     campaign = {channel: rows.frame for channel, rows in data.rows.items()}
     zeros = {name: predictor.zeros(data.rows) for name, predictor in predictors.items()}
     heated = {name: zero.of_campaign(campaign) for name, zero in zeros.items()}
@@ -90,7 +90,7 @@ def rmse(
                 if predictor.missing(channel, side.frame):
                     unknown.add((channel, name))
                     continue
-                frame, whole = side.frame, campaign
+                frame, whole = predictor.moved(channel, side.frame, part.sample_rate, span), campaign
                 if channel == TEMPERATURE:
                     frame, whole = zeros[name].less(frame), heated[name]
                 values = predictor.channel(channel, frame, side.start, whole)

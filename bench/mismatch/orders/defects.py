@@ -9,7 +9,7 @@ on the same spectrum with the phase of each order drawn at random; beside a puls
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -65,22 +65,49 @@ def search(sight: Sight, seed: int) -> list[Defect]:
     before = none
     found: list[_Found] = []
     while len(found) < MOST_GROUPS:
-        best = line.best(before, STARTS)
-        # three numbers of a mean of as many orders cost half their logarithm each (BIC): less is nothing anyway
-        if best is None or best[0] < 1.5 * np.log(2.0 * line.orders.size):
+        fresh = _next(sight, line, before, seed)
+        if not fresh:
             break
-        nulls = _without_phase(sight, line, before, seed)
-        if best[0] < tail(nulls, criteria.ERROR_RATE_OF_A_CHANNEL):
-            break
-        form = form_of(line, before, best[1])
-        found.append(_Found(best[0], tail_rate(nulls, best[0]), form))
-        before = before + _drawn(line, form.pulses)
+        found += fresh
+        before = before + sum(_drawn(line, one.form.pulses) for one in fresh)
     groups = _grouped(found)
     forms = _fitted_beside_each_other(line, [[one.form for one in group] for group in groups])
     return [
         Defect(form.first if len(form.pulses) == 1 else apex(form.pulses), form.pulses, group[0].gain, group[0].p_value)
         for form, group in zip(forms, groups, strict=True)
     ]
+
+
+def _next(sight: Sight, line: Mean, before: Complex, seed: int) -> list[_Found]:
+    """The pulse that gains most beside others that give ``before`` (k,) of a line, or the two that do so together;
+    none where chance gains as much.
+    """
+    # three numbers of a mean of as many orders cost half their logarithm each (BIC): less is nothing anyway
+    price = 1.5 * float(np.log(2.0 * line.orders.size))
+    best = line.best(before, STARTS)
+    if best is not None and best[0] >= price:
+        nulls = _without_phase(sight, before, line, seed, _gain_of_one)
+        if best[0] >= tail(nulls, criteria.ERROR_RATE_OF_A_CHANNEL):
+            return [_Found(best[0], tail_rate(nulls, best[0]), form_of(line, before, best[1]))]
+    pair = line.best_pair(before)
+    if pair is None or pair[0] < 2.0 * price:
+        return []
+    nulls = _without_phase(sight, before, line, seed, _gain_of_two)
+    if pair[0] < tail(nulls, criteria.ERROR_RATE_OF_A_CHANNEL):
+        return []
+    p_value = tail_rate(nulls, pair[0])
+    beside = [before + _drawn(line, [other]) for other in reversed(pair[1])]
+    return [_Found(0.5 * pair[0], p_value, form_of(line, b, p)) for b, p in zip(beside, pair[1], strict=True)]
+
+
+def _gain_of_one(line: Mean, before: Complex) -> float:
+    best = line.best(before, 1)
+    return 0.0 if best is None else best[0]
+
+
+def _gain_of_two(line: Mean, before: Complex) -> float:
+    best = line.best_pair(before)
+    return 0.0 if best is None else best[0]
 
 
 def _fitted_beside_each_other(line: Mean, groups: Sequence[Sequence[Form]]) -> list[Form]:
@@ -128,9 +155,11 @@ def _drawn(line: Mean, pulses: Sequence[Pulse]) -> Complex:
     return sum((p.vectors(line.orders) for p in pulses), np.zeros(line.orders.size, dtype=np.complex128))
 
 
-def _without_phase(sight: Sight, line: Mean, before: Complex, seed: int) -> FloatArray:
-    """What the best pulse gains beside others that give ``before`` (k,) of a line, where what they leave of each order
-    has a phase of its own (SURROGATES,).
+def _without_phase(
+    sight: Sight, before: Complex, line: Mean, seed: int, gain: Callable[[Mean, Complex], float]
+) -> FloatArray:
+    """What pulses ``gain`` beside others that give ``before`` (k,) of a line, where what they leave of each order has a
+    phase of its own (SURROGATES,).
     """
     rng = np.random.default_rng([seed, 2])
     known = np.zeros(sight.mean.size, dtype=np.complex128)
@@ -138,8 +167,7 @@ def _without_phase(sight: Sight, line: Mean, before: Complex, seed: int) -> Floa
     out = []
     for _ in range(SURROGATES):
         drawn = known + (sight.mean - known) * np.exp(2j * np.pi * rng.random(sight.mean.size))
-        best = Mean.of(sight, drawn).best(before, 1)
-        out.append(best[0] if best is not None else 0.0)
+        out.append(gain(Mean.of(sight, drawn), before))
     return np.asarray(out)
 
 

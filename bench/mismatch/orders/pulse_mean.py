@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -23,6 +23,10 @@ BEGINS = (1.0, 0.5, 0.25)
 """of the matched filter's height, from which a pulse is refined"""
 GRID = 4096
 """angles of a revolution at which the matched filter is evaluated"""
+EVALUATIONS = 90
+"""of the gain of one pulse while it is refined"""
+Gain = Callable[..., float]
+"""of some pulses"""
 _SIZES = np.linspace(1.0, 0.125, 8)[:, None]
 """logarithms of an order's size, over that of the usual one, both against the error: evenly spread"""
 
@@ -80,19 +84,20 @@ class Mean:
         beside = share * np.sum(np.exp(exponent - largest) / more, axis=0)
         return np.asarray(np.log(alone + beside) + largest)
 
-    def beside(self, before: Complex) -> Callable[[Pulse], float]:
-        """Gain of log-likelihood of a pulse beside others that give ``before`` (k,).
+    def beside(self, before: Complex) -> Gain:
+        """Gain of log-likelihood of a pulse, or of some together, beside others that give ``before`` (k,).
 
-        Against nothing in its place, or against orders of the pulse's sizes with phases of their own, whichever says
+        Against nothing in their place, or against orders of the pulses' sizes with phases of their own, whichever says
         more of the spectrum: only where the phases are those of one place is it a pulse.
         """
         # nature's pulse is no Gaussian: here and beside those before
         others = 0.5 * (criteria.SHAPE * np.abs(before)) ** 2
         nothing = self.density(before, others).sum()
 
-        def gain(pulse: Pulse) -> float:
-            drawn = pulse.vectors(self.orders)
-            others_and_it = others + 0.5 * (criteria.SHAPE * envelope(pulse, self.orders)) ** 2
+        def gain(*pulses: Pulse) -> float:
+            drawn = sum((p.vectors(self.orders) for p in pulses), np.zeros(self.orders.size, dtype=np.complex128))
+            forms = sum((envelope(p, self.orders) ** 2 for p in pulses), np.zeros(self.orders.size))
+            others_and_it = others + 0.5 * criteria.SHAPE**2 * forms
             as_large = self.density(before, others_and_it + 0.5 * np.abs(drawn) ** 2).sum()
             return float(self.density(before + drawn, others_and_it).sum() - max(nothing, as_large))
 
@@ -100,28 +105,43 @@ class Mean:
 
     def best(self, before: Complex, starts: int) -> tuple[float, Pulse] | None:
         """The pulse that gains most beside others: by a matched filter over the angle, then refined."""
+        gain = self.beside(before)
+        begins = [p for peaks in self._peaks(before) for p in peaks]
+        tried = sorted((_begun((p,), gain) for p in begins), key=lambda g: -g[0])[:starts]
+        out = [_refined(pulses, gain) for _, pulses in tried]
+        return max(((g, pulses[0]) for g, pulses in out), key=lambda g: g[0]) if out else None
+
+    def best_pair(self, before: Complex) -> tuple[float, tuple[Pulse, ...]] | None:
+        """The two pulses that gain most together. Of two alike either leaves as much as it says, so that neither gains
+        anything alone.
+        """
+        gain = self.beside(before)
+        begun = max((_begun(peaks, gain) for peaks in self._peaks(before)), key=lambda g: g[0], default=None)
+        return None if begun is None else _refined(begun[1], gain)
+
+    def _peaks(self, before: Complex) -> list[tuple[Pulse, Pulse]]:
+        """The two highest peaks of a matched filter over the angle, for each width."""
         left = self.vectors - before
         significant = np.abs(left) ** 2 > 2.0 * np.log(1.0 + 1.0 / self.share) * self.error**2 * 4.0
         # of one that stands by itself no more is known than its phase
         variance = self.error**2 + np.where(significant, 0.5 * np.abs(left) ** 2, 0.0)
         numbers = self.orders.astype(np.int64)
-        begins: list[Pulse] = []
+        out: list[tuple[Pulse, Pulse]] = []
         for width in WIDTHS:
             shape = width * np.sqrt(2.0 / np.pi) * np.exp(-0.5 * (self.orders * width) ** 2)
             table = np.zeros(GRID // 2 + 1, dtype=np.complex128)
             table[numbers] = shape / variance * (left.imag - 1j * left.real)
             matched = np.fft.irfft(table, GRID) * (GRID / 2.0)
             energy = max(float(np.sum(shape**2 / variance)), 1e-300)
+            peaks: list[Pulse] = []
             for _ in range(2):
                 at = int(np.argmax(np.abs(matched)))
                 height = float(matched[at] / energy)
-                begins.append(Pulse(2.0 * np.pi * at / GRID, float(width), height))
+                peaks.append(Pulse(2.0 * np.pi * at / GRID, float(width), height))
                 half_width = max(1, int(2.0 * width / (2.0 * np.pi) * GRID))
                 matched[np.arange(at - half_width, at + half_width + 1) % GRID] = 0.0
-        gain = self.beside(before)
-        tried = sorted((_begun(p, gain) for p in begins), key=lambda g: -g[0])[:starts]
-        out = [_refined(p, gain) for _, p in tried]
-        return max(out, key=lambda g: g[0]) if out else None
+            out.append((peaks[0], peaks[1]))
+        return out
 
 
 def envelope(pulse: Pulse, orders: FloatArray) -> FloatArray:
@@ -131,20 +151,27 @@ def envelope(pulse: Pulse, orders: FloatArray) -> FloatArray:
     return np.asarray(np.abs(pulse.height) * pulse.width * np.sqrt(2.0 / np.pi) / (1.0 + (orders * pulse.width) ** 2))
 
 
-def _begun(begin: Pulse, gain: Callable[[Pulse], float]) -> tuple[float, Pulse]:
-    """A begin of the matched filter with the height that gains most: weak orders that happen to be in phase with it
-    make it too high.
+def _begun(begins: Sequence[Pulse], gain: Gain) -> tuple[float, tuple[Pulse, ...]]:
+    """Begins of the matched filter with the height that gains most: weak orders that happen to be in phase with them
+    make them too high.
     """
-    lower = [replace(begin, height=share * begin.height) for share in BEGINS]
-    return max(((gain(p), p) for p in lower), key=lambda g: g[0])
+    lower = [tuple(replace(p, height=share * p.height) for p in begins) for share in BEGINS]
+    return max(((gain(*pulses), pulses) for pulses in lower), key=lambda g: g[0])
 
 
-def _refined(begin: Pulse, gain: Callable[[Pulse], float]) -> tuple[float, Pulse]:
-    def pulse(x: FloatArray) -> Pulse:
-        # a wider one is a handful of low orders, whose phases agree by chance now and then
-        width = float(np.clip(begin.width * np.exp(x[1]), 0.5 * WIDTHS[0], WIDTHS[-1]))
-        return Pulse(float(begin.angle + begin.width * x[0]), width, float(begin.height * (1.0 + x[2])))
+def _refined(begins: Sequence[Pulse], gain: Gain) -> tuple[float, tuple[Pulse, ...]]:
+    def pulses(x: FloatArray) -> tuple[Pulse, ...]:
+        out = []
+        for begin, (shift, wider, higher) in zip(begins, x.reshape(-1, 3), strict=True):
+            # a wider one is a handful of low orders, whose phases agree by chance now and then
+            width = float(np.clip(begin.width * np.exp(wider), 0.5 * WIDTHS[0], WIDTHS[-1]))
+            angle = float(np.mod(begin.angle + begin.width * shift, 2.0 * np.pi))
+            out.append(Pulse(angle, width, float(begin.height * (1.0 + higher))))
+        return tuple(out)
 
-    found = lowest(lambda x: -gain(pulse(x)), np.zeros(3), np.array([0.3, 0.25, 0.25]), 90)
-    best = pulse(found)
-    return gain(best), Pulse(float(np.mod(best.angle, 2.0 * np.pi)), best.width, best.height)
+    number = len(begins)
+    found = lowest(
+        lambda x: -gain(*pulses(x)), np.zeros(3 * number), np.tile([0.3, 0.25, 0.25], number), EVALUATIONS * number**2
+    )
+    best = pulses(found)
+    return gain(*best), best

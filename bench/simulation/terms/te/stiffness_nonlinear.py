@@ -33,7 +33,9 @@ def _wide_knees(frame: Frame) -> tuple[Point, ...]:
 
 def _smooth_knee(frame: Frame, point: Point) -> FloatArray:
     knee, width = point
-    beyond = np.logaddexp(0.0, (np.abs(frame.torque_level) - knee) / width) - np.logaddexp(0.0, -knee / width)
+    x = (np.abs(frame.torque_level) - knee) / width
+    # log(1 + exp(x)), which does not overflow
+    beyond = np.maximum(x, 0.0) + np.log1p(np.exp(-np.abs(x))) - np.log1p(np.exp(-knee / width))
     return columns(np.sign(frame.torque_level) * width * beyond / 1000.0)
 
 

@@ -46,6 +46,19 @@ def test_a_pulse_is_found_with_its_angle_height_and_width() -> None:
     assert found[0].p_value < 1e-3
 
 
+def test_two_places_that_are_alike_are_each_fitted_beside_the_other() -> None:
+    """Together they draw every fifth order strongly; the first was found while the second stood in the spectrum."""
+    pulses = (Pulse(1.449, 0.036, 1.06e-4), Pulse(2.695, 0.036, 1.06e-4))
+    mean = sum(p.vectors(np.arange(ORDERS, dtype=np.float64)) for p in pulses)
+    rng = np.random.default_rng(2)
+    weak = rng.choice(np.setdiff1d(np.arange(5, 320), [46, 92]), 80, replace=False)
+    mean[weak] += 6e-7 * np.exp(0.4 * rng.normal(size=weak.size) + 2j * np.pi * rng.random(weak.size))
+    drawn = {float(f) for f in range(1, 70) if f not in (3, 46)} | {float(f) for f in weak}
+    found = sorted(defects.search(sight(mean, tuple(sorted(drawn)), 1e-8), 0), key=lambda d: d.first.angle)
+    assert [d.first.angle for d in found] == [pytest.approx(p.angle, abs=5e-3) for p in pulses]
+    assert [d.first.height for d in found] == [pytest.approx(p.height, rel=0.1) for p in pulses]
+
+
 def strong_orders(seed: int) -> tuple[Complex, tuple[float, ...]]:
     """Twenty orders some ten times as strong as what a weak pulse draws; with next to no noise each stands."""
     rng = np.random.default_rng(seed)
@@ -86,7 +99,7 @@ def test_a_pulse_is_begun_lower_where_orders_make_its_matched_filter_too_high() 
     line = pulse_mean.Mean.of(seen, seen.mean)
     before = np.zeros(line.orders.size, dtype=np.complex128)
     for much in (1.0, 2.0, 4.0):
-        gain, begun = pulse_mean._begun(Pulse(2.1, 0.03, much * 2e-5), line.beside(before))
+        gain, (begun,) = pulse_mean._begun((Pulse(2.1, 0.03, much * 2e-5),), line.beside(before))
         assert begun.height == pytest.approx(2e-5)
         assert gain == pytest.approx(line.beside(before)(pulse))
 
