@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bench.simulation.frame import Frame
 from bench.simulation.memory import campaign_lag, integral, lag, loss_lag, play, relaxing, warmed_between
 from bench.simulation.quantities import QUICK_WARMING_S, SLOW_WARMING_S, WARMING_S, quantity
 from bench.simulation.terms.loops import BETWEEN
@@ -134,3 +135,17 @@ def test_before_a_recording_that_begins_at_rest_nothing_is_lost() -> None:
     since = FRAME.elapsed[starts[1] : starts[2]]
     assert rests[starts[1] : starts[2]] == pytest.approx(50.0 * (1.0 - np.exp(-since / 3.0)), abs=0.5)
     assert rests[: starts[1]] == pytest.approx(np.full(starts[1], 50.0))
+
+
+def test_a_loop_that_follows_its_input_between_recordings_goes_on_as_if_there_were_none() -> None:
+    x = 40.0 * np.sin(0.9 * FRAME.elapsed) + 25.0 * FRAME.recording
+    whole = replace(FRAME, recording=np.zeros(FRAME.size, dtype=np.int64))
+    followed, kept = (relaxing(x, FRAME, 30.0, between) for between in ("followed", "kept"))
+    # in one recording a state begins at the first value of its input; before a campaign that is 0
+    first = relaxing(np.concatenate(([0.0], x)), _with_a_row_before(whole), 30.0)[1:]
+    assert followed == pytest.approx(first, abs=1e-12)
+    assert np.abs(kept - followed).max() > 0.1
+
+
+def _with_a_row_before(one: Frame) -> Frame:
+    return one.take(np.concatenate(([0], np.arange(one.size))))

@@ -2,22 +2,33 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
-from bench.mismatch.regression.model import Chosen, add_block
+from bench.mismatch.regression.model import ChannelModel, Chosen, add_block
 from bench.mismatch.regression.nameless import NamelessCourse
 from bench.mismatch.regression.nameless_load import nameless_load
-from bench.mismatch.regression.problem import NUISANCE
+from bench.mismatch.regression.problem import NUISANCE, BaseTerm, Untold
 from bench.mismatch.regression.regressors import Free, named
-from bench.mismatch.regression.search import begun
+from bench.mismatch.regression.search import begun, searched
 from bench.mismatch.unnamed.formula_regressor import Equation
 from bench.simulation.formulas import Formula
+from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.tables import Grid
 from bench.simulation.terms import MOTOR_TORQUE
 from tests.bench.mismatch.regression.synthetic import campaign, problem
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Nuisance(Untold):
+    """A course that another channel has without a name."""
+
+    course: FloatArray
+
+    def columns(self, _: Frame) -> FloatArray:
+        return self.course[:, None]
 
 
 def test_the_twist_of_what_has_no_name_is_a_column_of_its_own() -> None:
@@ -82,3 +93,20 @@ def test_a_part_that_the_simulation_has_is_no_part_of_it() -> None:
     left = brake * friction
     left = left - said @ np.linalg.lstsq(said, left, rcond=None)[0]
     assert np.allclose(column, left, atol=0.1 * np.abs(left).max())
+
+
+def test_what_has_no_name_elsewhere_and_is_nothing_here_does_not_calibrate_the_simulation() -> None:
+    """It stands in no file: beside it the simulation would be calibrated, and used without it."""
+    frame = campaign()
+    known = problem(frame, 2.0 * frame.direction + 0.1 * frame.omega)
+    rng = np.random.default_rng(3)
+    table = Free(MOTOR_TORQUE, (Grid(("speed",), "d", ((0.003, 0.05, 0.17),)),))
+    course = table.columns(frame) @ np.array([0.0, 0.4, 1.0])
+
+    def found(size: float) -> ChannelModel:
+        y = known.rows.y + size * course + rng.normal(0.0, 0.01, frame.size)
+        extra = BaseTerm(Nuisance(course))
+        return searched(replace(known, rows=replace(known.rows, y=y), base=(*known.base, extra))).model
+
+    assert NUISANCE not in {b.regressor.effect for b in found(0.0).base}
+    assert NUISANCE in {b.regressor.effect for b in found(0.5).base}

@@ -5,6 +5,7 @@ in a recording all along is not.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ import pytest
 from bench.mismatch import criteria
 from bench.mismatch.recordings.vibration import Density
 from bench.mismatch.unnamed.crossings import FINE_S, FineResidual, clear_of_zero, crossings, on_grid, to_read, windows
-from bench.mismatch.unnamed.ring_down import RingDown, Ringing, after_crossings
+from bench.mismatch.unnamed.ring_down import RingDown, Ringing, after_crossings, ring_down
 from bench.simulation.frame import ARRAYS, FloatArray, Frame, concatenate
 
 NOISE = 0.05
@@ -142,6 +143,28 @@ def test_in_noise_a_chance_is_as_rare_as_it_says(period: float, seconds: float, 
     chances = np.array([1.0 if one is None else one.p_value for one in found])
     assert np.sum(chances < 0.05) <= 6  # of 40 with a chance of 0.05 each: more in one of 100
     assert np.sum(chances < criteria.ERROR_RATE_OF_A_CHANNEL) <= 1
+
+
+def spectrum_of_torque(number: int) -> Density:
+    """White noise of the load torque, of which a step keeps 1 N*m."""
+    rate, size = 1.0 / FINE_S, 200
+    return Density(number, np.full(size, 2.0 / rate), rate / 2.0 / size, 100.0, rate, 0.02)
+
+
+@pytest.mark.parametrize(("order", "rings"), [(80.0, True), (150.0, False)])
+def test_what_has_the_frequency_of_a_ripple_at_the_speed_there_may_be_the_ripple(order: float, rings: bool) -> None:
+    """A control's ripple stands in the load torque, and a steep offset follows that where the load is near zero."""
+    speed = 2.0 * np.pi * FREQUENCY / 150.0
+    frames = [replace(f, velocity=speed * f.direction) for f in campaign(1)]
+    residuals = {k: FineResidual(frames[k], left_in(frames[k], "crossings", 1)) for k in range(RECORDINGS)}
+    found = ring_down(
+        concatenate(frames),
+        [spectrum_of_torque(k) for k in range(RECORDINGS)],
+        np.ones(RECORDINGS, dtype=bool),
+        lambda some: (residuals[k] for k in some),
+        (order,),
+    )
+    assert (found is not None and found.ringing is not None) == rings
 
 
 def test_the_begin_of_a_recording_in_motion_is_no_start() -> None:
