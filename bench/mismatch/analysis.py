@@ -30,6 +30,7 @@ from bench.mismatch.recordings.read_motion import without_misread_motion
 from bench.mismatch.recordings.rows import HEAT_S, Rows
 from bench.mismatch.regression.bank import Fit
 from bench.mismatch.regression.candidates import ROTATING
+from bench.mismatch.regression.equivalent import expected
 from bench.mismatch.regression.hidden_states import with_states
 from bench.mismatch.regression.model import ChannelModel, Chosen, fit_blocks
 from bench.mismatch.regression.nameless_heat import gain_heat, nameless_heat, nameless_load_heat, sensor_heat
@@ -215,8 +216,8 @@ def _beside_orders(out: Analysis, data: Dataset, given: Given, problem: ChannelP
     size = float(np.sqrt(np.average(waves**2, weights=np.where(problem.usable, problem.rows.number, 0.0))))
     little = size < criteria.LEAST_STRENGTH * search.model.floor
     # rows of a steady part hardly feel an order, those of a reversal do
-    gain = 0.5 * float(np.sum((waves[problem.train] / search.model.noise.sigma) ** 2))
-    if size == 0.0 or (little and gain < search.model.price):
+    by_chance = 0.5 * sum(d.numbers for d in found)
+    if size == 0.0 or (little and expected(search.model, waves[problem.train]) - by_chance < search.model.price):
         return search
     out.plain[channel] = search.model.refitted([])
     search.close()

@@ -17,12 +17,14 @@ from bench.mismatch.recordings.beginning import at_start, risen
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.vibration import Density
 from bench.mismatch.regression import noise
+from bench.mismatch.regression.beside import BEYOND_BOUNDS
 from bench.mismatch.regression.course import columns_at
 from bench.mismatch.regression.discoveries import discoveries as of_regression
 from bench.mismatch.regression.hidden_states import with_states
 from bench.mismatch.regression.model import ChannelModel, of_start
 from bench.mismatch.regression.open_forms import with_open_forms
 from bench.mismatch.regression.problem import NUISANCE, WanderingZero
+from bench.mismatch.regression.regressors import Named
 from bench.mismatch.regression.slots import Slot
 from bench.mismatch.regression.slow_noise import scattered
 from bench.mismatch.regression.state import Search
@@ -82,7 +84,29 @@ def of_search(search: Search, slots: Sequence[Slot], data: Dataset) -> ChannelOu
         outcome.doubt += of_zeros(model, problem.held_out)
     outcome.levels = 0.0 if problem.spec.integral else model.fit.variance
     outcome.notes += model.notes
+    outcome.notes += impossible_numbers(model)
     return outcome
+
+
+def impossible_numbers(model: ChannelModel) -> list[str]:
+    """A sentence for each number of the calibrated simulation that is surely beyond what is physically possible: what
+    these recordings hold, and nothing explains, has calibrated it.
+    """
+    out = []
+    for block in model.base:
+        term = block.regressor
+        if not isinstance(term, Named):
+            continue
+        values, covariance = model.fit.of(block.indices)
+        for symbol, value, variance in zip(term.form.linear, values, np.diag(covariance), strict=True):
+            std = float(np.sqrt(max(variance, 0.0)))
+            bound = symbol.lower if value + BEYOND_BOUNDS * std < symbol.lower else symbol.upper
+            if value + BEYOND_BOUNDS * std < symbol.lower or value - BEYOND_BOUNDS * std > symbol.upper:
+                out.append(
+                    f"{symbol.symbol} ({symbol.meaning}) comes out as {value:.3g} ± {std:.2g} {symbol.unit}, beyond"
+                    f" {bound:g}, which is not possible: something else in these recordings has calibrated it"
+                )
+    return out
 
 
 def of_transmission(model: TransmissionModel, data: Dataset, seed: int, formulas: bool) -> ChannelOutcome:

@@ -22,9 +22,9 @@ def heirs_of(
 ) -> tuple[dict[int, int], bool]:
     """Of contenders for a place, for which of them which name says the same with fewer numbers: their predictions
     differ by less than any transducer of the channel is trusted with. However sure the recordings are of so small a
-    difference, it is the transducers' and disproves no name. Nor does a function without a name that differs by what is
-    too small to be told for itself, and by no more than nature's form of the name may. And whether nothing in the place
-    of the first differs by less than transducers are trusted with.
+    difference, it is the transducers' and disproves no name. Nor does a function without a name that differs by no more
+    than nature's form of the name may, and, where names have corrections of their forms, by what is too small to be
+    told for itself. And whether nothing in the place of the first differs by less than transducers are trusted with.
     """
     problem = model.problem
     least = trusted(model)

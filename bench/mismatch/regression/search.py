@@ -159,10 +159,11 @@ def _without_idle_nuisance(search: Search) -> Search:
     if model.problem.spec.integral:
         return search
     free = [b for b in model.base if b.regressor.effect == NUISANCE and not kept_small(b)]
-    idle = [b for b in free if chance_of(*model.fit.of(b.indices)) > criteria.ERROR_RATE]
-    if not idle:
+    # a column of nothing has no number
+    indices = [i for b in free for i in b.indices if np.any(model.bank.columns.column(i))]
+    if not free or (indices and chance_of(*model.fit.of(indices)) <= criteria.ERROR_RATE):
         return search
-    base = [b for b in model.base if not any(b is one for one in idle)]
+    base = [b for b in model.base if not any(b is one for one in free)]
     search.model = model = replace(model, base=base, calibration=calibration(model.problem, base, model.noise))
     model.fit = model.refitted(model.chosen)
     return search
@@ -178,7 +179,8 @@ def as_noisy_as_left(search: Search) -> Search:
     notes = [*search.model.notes, *(note for note in again.model.notes if note not in search.model.notes)]
     again = carried_over(search, again)
     again.model.notes, again.refuted = notes, search.refuted
-    return again
+    again.without_refuted()
+    return concluded(again)
 
 
 def _sought(search: Search) -> Search:

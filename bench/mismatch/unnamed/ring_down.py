@@ -49,8 +49,8 @@ once is no property of crossings
 """
 EVERY = 5
 """steps of time between places of a step or a knee that are tried"""
-SURE_HZ = 3.0
-"""standard deviations of its frequency within which what rings may be a ripple"""
+SURE_HZ, MOST_OFF = 3.0, 0.1
+"""standard deviations of its frequency within which what rings may be a ripple, and of the frequency at most"""
 FIRST_STEP = 0.05
 """of the logarithms of frequency and decay"""
 
@@ -143,12 +143,13 @@ def _of_ripple(ringing: Ringing, frame: Frame, ripples: Sequence[float]) -> bool
     at the speed there.
     """
     frequency, std = ringing.frequency
+    near_by = (RATIO - 1.0) * frequency, MOST_OFF * frequency
     speeds = []
     for recording, times, _ in ringing.rings:
         at = np.flatnonzero(frame.recording == recording)
         speeds.append(abs(float(np.interp(times[0], frame.elapsed[at], frame.velocity[at]))))
     near = [
-        np.abs(order * np.array(speeds) / (2.0 * np.pi) - frequency) < max(SURE_HZ * std, (RATIO - 1.0) * frequency)
+        np.abs(order * np.array(speeds) / (2.0 * np.pi) - frequency) < np.clip(SURE_HZ * std, *near_by)
         for order in ripples
     ]
     return any(float(np.mean(one)) > 0.5 for one in near) if speeds else False

@@ -12,8 +12,10 @@ from bench.simulation.memory import NOISE_SHARE, RATES, RATES_IN_MOTION, Between
 from bench.simulation.terms.base import Columns, Form, Point, Symbol, columns, logarithmic, top
 
 BETWEEN: tuple[Between, ...] = ("fresh", "followed", "released")
-"""what loops do between recordings: the load goes from one to the next, with or without a rest at zero"""
-SUFFIX = {"fresh": "", "followed": "_kept", "released": "_released"}
+"""what loops do between recordings: they begin anew, or the load goes from one to the next, with or without a rest at
+zero
+"""
+SUFFIX = {"fresh": "", "kept": "_kept", "followed": "_followed", "released": "_released"}
 NARROWEST = 0.06
 """of the largest torque"""
 WIDEST = 0.4
@@ -108,14 +110,16 @@ class Loops:
                     make(between),
                     linear,
                     nonlinear,
-                    grid,
+                    grid if between in own else _not_looked_for,
                     one_sign=len(linear) > 1,
                     remembers=between != "fresh",
                     equation=f"{text}, {begins(state, between)}",
                     blur=blur,
                 )
                 for name, make, linear, nonlinear, grid, text, state, blur in kinds
-                for between in BETWEEN
+                # a play that stays is where the load's next value takes it; a state that relaxes is not
+                for own in [("fresh", "kept", "released") if state.startswith("y") else BETWEEN]
+                for between in dict.fromkeys((*own, "kept"))
             ),
             Form(
                 "forgetting",
@@ -157,7 +161,7 @@ class Loops:
         return tuple((w, ratio) for (w,) in wider for ratio in RATIOS)
 
     def _state(self, frame: Frame, width: float, between: Between, rate: float | FloatArray = 0.0) -> FloatArray:
-        return columns(relaxing(self._quiet(frame, width), frame, width, between, rate))
+        return columns(relaxing(self._quiet(frame, width, between), frame, width, between, rate))
 
     def _relaxing(self, between: Between) -> Columns:
         return lambda frame, point: self._state(frame, point[0], between)
@@ -171,6 +175,13 @@ class Loops:
     def _with_rates(self, rates: Sequence[float]) -> Callable[[Frame], tuple[Point, ...]]:
         return lambda frame: tuple((w, rate) for (w,) in self.widths_of_a_stack(frame) for rate in rates)
 
-    def _quiet(self, frame: Frame, width: float) -> FloatArray:
+    def _quiet(self, frame: Frame, width: float, between: Between) -> FloatArray:
         """The torque without the sensor's noise, which would turn the loop by itself."""
-        return play(self.level(frame), frame, NOISE_SHARE * width)
+        begins_anew: tuple[Between, ...] = ("fresh", "kept")
+        between = "fresh" if between in begins_anew else between
+        return play(self.level(frame), frame, NOISE_SHARE * width, between)
+
+
+def _not_looked_for(_: Frame) -> tuple[Point, ...]:
+    """No points: a form that a file may have, and that is no candidate."""
+    return ()

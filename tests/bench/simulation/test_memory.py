@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from bench.simulation.frame import Frame
 from bench.simulation.memory import campaign_lag, integral, lag, loss_lag, play, relaxing, warmed_between
 from bench.simulation.quantities import QUICK_WARMING_S, SLOW_WARMING_S, WARMING_S, quantity
+from bench.simulation.terms import LIBRARY
 from bench.simulation.terms.loops import BETWEEN
 from tests.bench.simulation.terms.frames import ROWS, STEP_S, frame
 
@@ -149,3 +150,19 @@ def test_a_loop_that_follows_its_input_between_recordings_goes_on_as_if_there_we
 
 def _with_a_row_before(one: Frame) -> Frame:
     return one.take(np.concatenate(([0], np.arange(one.size))))
+
+
+def test_a_loop_is_turned_by_its_load_alone_however_a_recording_is_cut() -> None:
+    """A load that is the same in the next recording turns nothing; a sensor's noise is kept from it by a play."""
+    load = np.concatenate([np.linspace(0.0, 90.0, 40), np.linspace(90.0, 70.0, 20), np.full(FRAME.size - 60, 70.0)])
+    term = LIBRARY["te.hysteresis"]
+    uncut = replace(FRAME, torque_level=load, recording=np.zeros(FRAME.size, dtype=np.int64))
+    cut = replace(uncut, recording=np.repeat(np.arange(FRAME.size // 10), 10)[: FRAME.size])
+    for name in ("bouc_wen_followed", "play_kept", "pair_kept", "stack_kept"):
+        form = term.form("transmission_error", name)
+        assert form is not None
+        point = (40.0, 2.0)[: len(form.nonlinear)]
+        assert form.columns(cut, point) == pytest.approx(form.columns(uncut, point), abs=1e-9)
+    old = term.form("transmission_error", "bouc_wen_kept")
+    assert old is not None
+    assert old.grid(uncut) == ()  # files have it, no search looks for it
