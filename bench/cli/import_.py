@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 _NAMED = 5
 """recordings of which a warning that was shown already is told by their names"""
+_SHOWN = 5
+"""files with the same channels that are told in a line each; the others are told together"""
 _NUMBER = re.compile(r"(?<![\w.])-?\d+(\.\d+)?(e[+-]?\d+)?")
 
 
@@ -83,6 +85,7 @@ def _import(mapping: Path, out: Path, data: Path | None, changes: dict[str, Any]
     ruled_out: dict[str, int] = {}
     warned: dict[str, list[str]] = {}
     noted: dict[str, list[str]] = {}
+    alike: dict[tuple[str, ...], list[list[Imported]]] = {}
     files = 0
     for _, group in groupby(import_recordings(mapping, out, data, changes), key=_origin):
         pieces: list[Imported] = []
@@ -100,7 +103,12 @@ def _import(mapping: Path, out: Path, data: Path | None, changes: dict[str, Any]
         for sentence in dict.fromkeys(note for piece in pieces for note in piece.notes):
             noted.setdefault(sentence, []).append(pieces[0].recording.path.stem)
         if pieces and not as_json:
-            _print_recordings(pieces, warned)
+            same = alike.setdefault(tuple(pieces[0].recording.channels), [])
+            same.append(pieces)
+            _print_recordings(pieces, warned, in_full=len(same) <= _SHOWN)
+    for same in alike.values():
+        if len(same) > _SHOWN:
+            say(_summary(same[_SHOWN:]))
     for words, (_, *others) in warned.items() if not as_json else ():
         if others:
             more = f" and {len(others) - _NAMED} more" if len(others) > _NAMED else ""
@@ -144,28 +152,41 @@ def _consequences(done: Imported) -> list[str]:
     return [sentence.removeprefix(f"{done.recording.path}: ") for sentence in done.consequences]
 
 
-def _print_recordings(pieces: Sequence[Imported], warned: dict[str, list[str]]) -> None:
-    """The recordings made of one file, in a line, and what cannot be.
-
-    ``warned``: of which recordings each warning was given, by its words; it is shown once.
-    """
+def _told(pieces: Sequence[Imported]) -> str:
+    """Names of recordings with the same channels, how many there are, and what they hold."""
     recordings = [piece.recording for piece in pieces]
     rows = sum(recording.size for recording in recordings)
     name = str(recordings[0].path)
     if len(recordings) > 1:
         name += f" to {recordings[-1].path.name}"
     number = f"{len(recordings)} recordings, " if len(recordings) > 1 else ""
-    seconds = rows / recordings[0].sample_rate
-    say(f"{name}: {number}{rows} rows ({seconds:.1f} s) of {', '.join(recordings[0].channels)}")
+    seconds = sum(recording.size / recording.sample_rate for recording in recordings)
+    return f"{name}: {number}{rows} rows ({seconds:.1f} s) of {', '.join(recordings[0].channels)}"
+
+
+def _summary(files: Sequence[Sequence[Imported]]) -> str:
+    """The recordings of further files with the same channels, in a line."""
+    more = f"{len(files)} more file{'s' * (len(files) > 1)}"
+    return f"and {more}: {_told([piece for pieces in files for piece in pieces])}"
+
+
+def _print_recordings(pieces: Sequence[Imported], warned: dict[str, list[str]], *, in_full: bool) -> None:
+    """The recordings made of one file, in a line where that is ``in_full``, and what cannot be.
+
+    ``warned``: of which recordings each warning was given, by its words; it is shown once.
+    """
+    if in_full:
+        say(_told(pieces))
     shown: dict[str, str] = {}
     for sentence in (warning for piece in pieces for warning in piece.warnings):
         where, _, said = sentence.partition(": ")
         shown.setdefault(f"{where}: {_NUMBER.sub('…', said)}", sentence)
     for words, sentence in shown.items():
         given = warned.setdefault(words, [])
-        given.append(recordings[0].path.stem)
+        given.append(pieces[0].recording.path.stem)
         if len(given) == 1:
-            say(f"  WARNING: {line(sentence)}")
+            whose = "" if in_full else f"{pieces[0].recording.path.stem}: "
+            say(f"  WARNING: {whose}{line(sentence)}")
 
 
 def parsed_changes(given: list[str]) -> dict[str, Any]:

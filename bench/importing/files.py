@@ -51,6 +51,10 @@ class Files:
             self._open[path] = open_source(path, self.options)
         return self._open[path]
 
+    def notes(self) -> list[str]:
+        """What was taken for granted in reading the files opened so far."""
+        return list(dict.fromkeys(note for source in self._open.values() for note in source.notes))
+
     def _missing(self, path: Path, name: str | None) -> str:
         """Say what the name of a file that is not there was counted from, and which name would be right."""
         if name is None:

@@ -36,6 +36,9 @@ _WORDS = ("word", "count")
 ONE_MORE = 1
 """samples that channels of a file may have more than others: a state is logged once more after its last input"""
 _LEAST_ROWS = 2
+_MOST_LEFT_OUT = 0.5
+"""Share of the rows of a file that ``invalid_rows = 'drop'`` leaves out at most: where most rows are bad, a wrong
+column or rows in another order than that of time are likelier, and what is left tells little of the file."""
 _OTHER_RATE = 0.02
 """Share by which a stated rate may be off the stamps' own and still be the same: stamps are rounded."""
 
@@ -104,7 +107,7 @@ def read_table(mapping: Mapping, wanted: Table[str, ChannelMapping], files: File
     for name in (name for name in read if _constant(others[name])):
         read[name] = read[name].taken(np.zeros(size, dtype=np.int64))
     clock = read_clock(wanted["time"], files, keys["time"], size)
-    table = ChannelTable({}, clock.started_at, _is_linear(read, wanted, where, linear), list(clock.notes))
+    table = ChannelTable({}, clock.started_at, _is_linear(read, wanted, where, linear), [*files.notes(), *clock.notes])
     table.notes += [
         fill_note(name, channel.filled, channel.raw.size, channel.source.location(channel.filled[0]))
         for name, channel in as_read.items()
@@ -196,11 +199,39 @@ def _check_rows(table: ChannelTable, invalid_rows: str, file: Path) -> None:
         return
     if not good.any():
         raise RecordingError(f"{file}: holds no row without NaN and with increasing time, such rows should be there.")
+    if np.mean(~good) > _MOST_LEFT_OUT:
+        raise RecordingError(f"{file}: {_too_many(table, later)}.")
     place = time.source.location(int(np.argmin(good)))
     table.notes.append(
         f"{int(np.sum(~good))} rows with NaN or without increasing time were left out, the first in {place}"
     )
     table.keep(good)
+
+
+def _too_many(table: ChannelTable, later: NDArray[np.bool_]) -> str:
+    """Say of which channel most of the rows would be left out, where the first stands, and what would be right."""
+    finite = {name: np.isfinite(channel.raw) for name, channel in table.channels.items()}
+    name = min(finite, key=lambda name: int(np.sum(finite[name])))
+    whole = np.logical_and.reduce(list(finite.values()))
+    late = whole & ~later
+    what, right, first = (
+        (
+            f"{name} is no number in {int(np.sum(~finite[name]))}",
+            f"missing = 'hold' or 'interpolate' of {name}, or a mapping without it",
+            np.argmin(finite[name]),
+        )
+        if np.sum(~whole) > np.sum(late)
+        else (
+            f"time does not increase in {int(np.sum(late))}",
+            "rows in the order of time, start and stop where the clock begins anew, or channels.time.rate",
+            np.argmax(late),
+        )
+    )
+    place = table.channels["time"].source.location(int(first))
+    return (
+        f"invalid_rows = 'drop' would leave out {int(np.sum(~(whole & later)))} of {table.size} rows, it should be "
+        f"half of them at most: {what}, the first in {place}; {right} would be right"
+    )
 
 
 def _regular(table: ChannelTable, mapping: Mapping, file: Path) -> None:

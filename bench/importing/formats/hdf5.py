@@ -27,6 +27,7 @@ class Hdf5Source:
     """
 
     started_at: datetime | None = None
+    notes: tuple[str, ...] = ()
 
     def __init__(self, path: Path, *, transposed: bool) -> None:
         self._path = path

@@ -34,6 +34,7 @@ class JsonSource:
     """
 
     started_at: datetime | None = None
+    notes: tuple[str, ...] = ()
 
     def __init__(self, path: Path) -> None:
         self._path = path

@@ -16,6 +16,8 @@ from bench.importing.formats.source import Variable, at_index, one_dimensional, 
 
 _HEADER = 20
 _LONGEST_NAME = 256
+_BYTES = (8, 4, 4, 2, 2, 1)
+"""of a number of each type that MATLAB 4 stores"""
 _ARRAYS = {
     "timetable": ", as v = NAME.Variables and t = seconds(NAME.Properties.RowTimes)",
     "table": ", as v = NAME.Variables",
@@ -24,17 +26,22 @@ _ARRAYS = {
 """how MATLAB makes arrays of its own kinds of tables"""
 
 
-def is_version_4(head: bytes) -> bool:
-    """Whether a file begins as MATLAB 4 files do, which have no signature: five integers that fit, and a name."""
+def is_version_4(head: bytes, size: int) -> bool:
+    """Whether a file begins as MATLAB 4 files do, which have no signature: five integers that fit, and a name.
+
+    Some writers end the name without NUL. The first variable then has to lie within the ``size`` of the file (bytes):
+    integers of other binary files fit more easily.
+    """
     if len(head) < _HEADER + 1:
         return False
     for order in "<>":
         kind, rows, columns, imaginary, length = unpack_from(f"{order}5i", head)
         digits = [kind // 1000, kind // 100 % 10, kind // 10 % 10, kind % 10]
         fits = 0 <= kind < 5000 and digits[1] == 0 and digits[2] <= 5 and digits[3] <= 2
-        if fits and rows >= 0 and columns >= 0 and imaginary in (0, 1) and 1 < length <= _LONGEST_NAME:
+        if fits and rows >= 0 and columns >= 0 and imaginary in (0, 1) and 1 <= length <= _LONGEST_NAME:
             name = head[_HEADER : _HEADER + length]
-            if name[-1:] == b"\0" and name[:-1].decode("ascii", "replace").isidentifier():
+            end = _HEADER + length + rows * columns * _BYTES[digits[2]] * (1 + imaginary)
+            if name.strip(b"\0").decode("ascii", "replace").isidentifier() and (name[-1:] == b"\0" or end <= size):
                 return True
     return False
 
@@ -43,6 +50,7 @@ class MatlabSource:
     """A MATLAB file that SciPy reads."""
 
     started_at: datetime | None = None
+    notes: tuple[str, ...] = ()
 
     def __init__(self, path: Path) -> None:
         import scipy.io

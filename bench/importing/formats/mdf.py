@@ -21,6 +21,8 @@ class MdfSource:
     Every group has a clock of its own, its master channel; which one a channel has is its ``clock``.
     """
 
+    notes: tuple[str, ...] = ()
+
     def __init__(self, path: Path) -> None:
         try:
             from asammdf import MDF

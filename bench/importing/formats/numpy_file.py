@@ -24,6 +24,7 @@ class NumpySource:
     """A file of NumPy; fields of a table are variables of their own."""
 
     started_at: datetime | None = None
+    notes: tuple[str, ...] = ()
 
     def __init__(self, path: Path) -> None:
         self._path = path

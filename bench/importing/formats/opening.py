@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from os import SEEK_END
 from pathlib import Path
 
 from bench.errors import RecordingError
@@ -37,13 +38,14 @@ def open_source(path: Path, options: TextOptions | None = None) -> Source:
     try:
         with path.open("rb") as file:
             head = file.read(_HEAD)
+            size = file.seek(0, SEEK_END)
     except OSError as error:
         raise RecordingError(f"{path}: cannot be read ({error.strerror}).") from error
     if not head:
         raise RecordingError(f"{path}: is empty, it should hold measurements.")
     if head.startswith(_HDF5_SIGNATURE) or head[_MAT73_USER_BLOCK:].startswith(_HDF5_SIGNATURE):
         return Hdf5Source(path, transposed=head.startswith(b"MATLAB"))
-    if head.startswith(b"MATLAB 5.0") or is_version_4(head):
+    if head.startswith(b"MATLAB 5.0") or is_version_4(head, size):
         return MatlabSource(path)
     if head.startswith((b"TDSm", b"TDSh")):
         return TdmsSource(path)

@@ -19,6 +19,7 @@ class ParquetSource:
     """A Parquet file; missing values are NaN, stamps with a zone are UTC."""
 
     started_at: datetime | None = None
+    notes: tuple[str, ...] = ()
 
     def __init__(self, path: Path) -> None:
         try:

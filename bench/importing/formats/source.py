@@ -59,6 +59,10 @@ class Source(Protocol):
     def started_at(self) -> datetime | None:
         """When the file says that it begins."""
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was taken for granted in reading it, one sentence each."""
+
 
 def at_index(index: int) -> str:
     """Name a sample by its index, where a file knows nothing better."""

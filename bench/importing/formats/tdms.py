@@ -16,6 +16,8 @@ from bench.importing.formats.source import Variable, at_index, missing_package, 
 class TdmsSource:
     """A TDMS file; unit, rate and start of a waveform are properties of its channel."""
 
+    notes: tuple[str, ...] = ()
+
     def __init__(self, path: Path) -> None:
         try:
             from nptdms import TdmsFile

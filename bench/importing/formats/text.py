@@ -51,6 +51,14 @@ class TextSource:
         data = kept[layout.first :]
         self._numbers = [number for number, _ in data]
         self._columns = self._transposed(data) if layout.rows else self._table(data)
+        self.notes = (
+            (
+                f"the headings name {layout.width - 1} of {layout.width} columns: they are taken for the first "
+                f"{layout.width - 1}, the last one is '{layout.names[-1]}'",
+            )
+            if layout.one_less
+            else ()
+        )
         self._names = layout.names or tuple(f"column {index + 1}" for index in range(layout.width))
 
     def variables(self) -> list[Variable]:

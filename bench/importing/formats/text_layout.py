@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import itertools
 import re
 from collections import Counter
 from collections.abc import Sequence
@@ -15,6 +16,8 @@ from bench.importing.units import is_unit, split_unit
 _SAMPLE = 200
 _STEADY = 4
 _HEADINGS = 3
+_LEAST_NAMES = 2
+"""names that a line with one name less than there are columns has to have: a single word may be a title"""
 _FEW_LINES, _MANY_FIELDS = 64, 50
 _MISSING = frozenset(("", "nan", "na", "n/a", "null", "none", "-", "--", "inf", "-inf"))
 _SEPARATORS = (";", "\t", ",", "|", None)
@@ -41,7 +44,7 @@ class TextOptions:
 @dataclass(frozen=True, slots=True)
 class TextLayout:
     """What was found. ``delimiter`` None is any white space; ``first`` counts the lines given; ``rows``: a variable a
-    line.
+    line; ``one_less``: the headings name all columns but the last.
     """
 
     delimiter: str | None
@@ -51,6 +54,7 @@ class TextLayout:
     names: tuple[str, ...]
     units: tuple[str, ...]
     rows: bool = False
+    one_less: bool = False
 
 
 def split(line: str, delimiter: str | None) -> list[str]:
@@ -85,10 +89,15 @@ def find_layout(lines: Sequence[str], remarks: Sequence[str], options: TextOptio
     first = _first_data_line(lines, delimiter, mark, width)
     few = len(lines) - first <= _FEW_LINES and width >= _MANY_FIELDS and width > 3 * (len(lines) - first)
     names, units = _headings(lines[:first], remarks, delimiter, mark, width)
+    one_less = not names and width > _LEAST_NAMES and _first_is_named(lines[first:][:_SAMPLE], delimiter, mark)
+    if one_less:
+        fitting = [line for line in remarks[-1:] if delimiter and len(split(line, delimiter)) == width - 1]
+        names, units = _headings(lines[:first], fitting, delimiter, mark, width - 1)
+        names, units = (*names, f"column {width}") if names else (), (*units, "")
     # where each column has a heading few lines are a short recording of many variables
     if options.data_in == "rows" or (options.data_in is None and few and not names):
         return _in_rows(lines[first:], delimiter, mark, first, width)
-    return TextLayout(delimiter, mark, first, width, names, units)
+    return TextLayout(delimiter, mark, first, width, names, units, one_less=one_less and bool(names))
 
 
 def _separator(delimiter: str) -> str | None:
@@ -109,7 +118,7 @@ def _rate_separator(
     if not numbers or not width:
         return None
     first = _first_data_line(lines, delimiter, mark, width)
-    agrees = first == 0 or len(split(lines[first - 1], delimiter)) >= width
+    agrees = first == 0 or len(split(lines[first - 1], delimiter)) >= min(width, max(width - 1, _LEAST_NAMES))
     return (round(good / len(every) * often / len(sample), 3), agrees, width), width
 
 
@@ -158,6 +167,20 @@ def _headings(
         heading = [f"{over} {name}".strip() for over, name in zip(_filled(block[-2]), heading, strict=True)]
     names = _distinct_names(heading)
     return names, tuple(unit or split_unit(name)[1] for name, unit in zip(names, units, strict=True))
+
+
+def _first_is_named(data: Sequence[str], delimiter: str | None, mark: str) -> bool:
+    """Whether of headings with one name less than there are columns the first belongs to the first column.
+
+    The column without a name may be the first as well: row numbers or labels, or a date before a time of day.
+    """
+    fields = [split(line, delimiter) for line in data]
+    first, last = [row[0] for row in fields], [row[-1] for row in fields]
+    numbers = all(is_number(field, mark) for field in first)
+    row_numbers = all(map(str.isdecimal, first)) and all(int(b) - int(a) == 1 for a, b in itertools.pairwise(first))
+    if len(set(last)) == 1:  # an empty field after a delimiter, or a 0 that a program wrote in every line
+        return numbers or delimiter is not None
+    return numbers and not row_numbers
 
 
 def _filled(fields: Sequence[str]) -> list[str]:

@@ -88,6 +88,7 @@ def draft(found: Inventory, mapping: Path) -> Draft:
     path = os.path.relpath(found.pattern, mapping.parent)
     why = "of several recordings: '*' in this and every other 'file' for the part of the name that differs"
     out.tables["recordings"] = {"file": Entry(Path(path).as_posix(), why if found.several else "")}
+    out.remarks += found.source.notes
     unlike = found.unlike()
     if unlike is not None:
         out.remarks.append(

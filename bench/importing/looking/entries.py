@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,9 @@ NEEDED = {
 """what the analysis needs at least, and the channels of which one says it"""
 _QUANTITIES = {"motor_angle": ("angle", "velocity"), "motor_torque": ("torque", "current")}
 """quantities that a column may be of to be a channel that is needed"""
+_NUMBERED = re.compile(r"(column|row)_\d+$")
+_ANY = "_N"
+"""stands for the number of a column without a name: none of them is likelier than the others"""
 
 
 @dataclass(slots=True)
@@ -65,8 +69,11 @@ class Draft:
                 table = self._spare_for(names[0], advised)
                 advised.add(table)
                 why = (
-                    f"the table of the right one should be renamed, as [{table}] to [channels.{names[0]}], and its unit"
-                    " given"
+                    f"no name says which column that is; its table, [{table}] with its number as N, should be renamed "
+                    f"to [channels.{names[0]}], and its unit given"
+                    if table.endswith(_ANY)
+                    else f"the table of the right one should be renamed, as [{table}] to [channels.{names[0]}], and its"
+                    " unit given"
                 )
             sentences.append(f"no column was taken for {what}, which the analysis needs: {why}")
         return sentences
@@ -77,7 +84,7 @@ class Draft:
         for fits in (_QUANTITIES[channel], ("",)):
             for table, quantity in left.items():
                 if quantity in fits:
-                    return table
+                    return table if quantity else _NUMBERED.sub(rf"\1{_ANY}", table)
         return "aux.NAME"
 
     def entries(self) -> dict[str, Entry]:

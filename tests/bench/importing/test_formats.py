@@ -29,6 +29,12 @@ def _mat4(path: Path) -> dict[str, str]:
     return {"t": "t", "q": "q"}
 
 
+def _mat4_without_nul(path: Path) -> dict[str, str]:
+    values = np.vstack([_T, _Q])
+    path.write_bytes(struct.pack("<5i", 0, *values.shape, 0, 4) + b"data" + values.tobytes("F"))
+    return {"t": "data row 1", "q": "data row 2"}
+
+
 def _mat5(path: Path) -> dict[str, str]:
     scipy.io.savemat(path, {"log": {"t": _T, "sig": np.array([{"v": _Q}, {"v": -_Q}], dtype=object)}})
     return {"t": "log.t", "q": "log.sig(1).v"}
@@ -131,7 +137,23 @@ def _read(source: Source, name: str) -> Any:
 @pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::FutureWarning", "ignore::UserWarning")
 @pytest.mark.parametrize(
     "write",
-    [_mat4, _mat5, _mat73, _hdf5, _tdms, _parquet, _mdf, _npz, _npy, _json, _json_matrix, _json_lines, _csv, _rows],
+    [
+        _mat4,
+        _mat4_without_nul,
+        _mat5,
+        _mat73,
+        _hdf5,
+        _tdms,
+        _parquet,
+        _mdf,
+        _npz,
+        _npy,
+        _json,
+        _json_matrix,
+        _json_lines,
+        _csv,
+        _rows,
+    ],
 )
 def test_the_same_numbers_from_every_kind_of_file(tmp_path: Path, write: Callable[[Path], dict[str, str]]) -> None:
     path = tmp_path / "measured"  # no suffix: what a file is, its content says
@@ -204,6 +226,7 @@ def test_what_has_to_be_installed_is_said(
     [
         (b"", "is empty, it should hold measurements"),
         (b"\x01\x02\x00\x05" * 40, "is none of MAT, HDF5, TDMS, Parquet, MDF, NumPy, JSON or text"),
+        (struct.pack("<5i", 0, 10, 1, 0, 1) + b"t" + bytes(8), "is none of MAT, HDF5, TDMS"),
         (b"PAR1" + bytes(50), "is not a readable Parquet file"),
         (b"MDF     4.10    " + bytes(50), "is not a readable MDF file"),
         (b"TDSm" + bytes(50), "is not a readable TDMS file"),

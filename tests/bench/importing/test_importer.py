@@ -212,6 +212,29 @@ def test_bad_rows_can_be_dropped_and_the_recording_says_so(tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize(
+    ("time", "value", "sentence"),
+    [
+        (
+            [0, 5, 1, 2, 3, 4],
+            [1, 2, 3, 4, 5, 6],
+            "would leave out 4 of 6 rows, it should be half of them at most: time does not increase in 4, the first in "
+            "line 4; rows in the order of time, start and stop where the clock begins anew",
+        ),
+        (
+            [0, 0, 1, 2, 3, 4],
+            [1, 2, "nan", "nan", "nan", 6],
+            "would leave out 4 of 6 rows, it should be half of them at most: motor_torque is no number in 3, the first "
+            "in line 4; missing = 'hold' or 'interpolate' of motor_torque, or a mapping without it would be right",
+        ),
+    ],
+)
+def test_no_more_than_half_of_the_rows_are_dropped(tmp_path: Path, time: Any, value: Any, sentence: str) -> None:
+    bad, _ = _csv_case(tmp_path, time, value, 'invalid_rows = "drop"')
+    assert isinstance(bad, Rejected)
+    assert sentence in bad.why
+
+
+@pytest.mark.parametrize(
     ("change", "sentence"),
     [
         (("campaign_id", "campain"), "campaign_id: Field required"),

@@ -222,7 +222,7 @@ def test_a_file_without_names_says_what_the_analysis_needs_and_how_to_name_it(tm
         "no column was taken for the motor's angle or speed",
         "no column was taken for the motor's torque",
     ]
-    assert "[aux.column_2] to [channels.motor_angle]" in made.lacking()[0]
+    assert "[aux.column_N] with its number as N, should be renamed to [channels.motor_angle]" in made.lacking()[0]
     assert made.text().startswith("# no column was taken for the motor's angle or speed")
     assert tomllib.loads(made.text())["aux"]["column_2"]["column"] == 2
     assert not _draft(_machine(tmp_path)).lacking()

@@ -131,6 +131,25 @@ def test_what_was_done_to_all_files_is_said_once_and_after_the_warnings(tmp_path
     assert done.output.index("sweep2_pos.h5") < done.output.index("started_at is")
 
 
+def test_many_files_with_the_same_channels_are_told_in_a_few_lines(tmp_path: Path) -> None:
+    for run in range(8):
+        factor = -1.0 if run == 6 else 1.0
+        builders.csv(tmp_path / f"run{run}.csv", t=_T, pos=_Q, vel=factor * np.gradient(_Q, _T))
+    channels = 'motor_angle = {variable = "pos", unit = "deg"}\nmotor_velocity = {variable = "vel", unit = "deg/s"}'
+    done = builders.run(tmp_path, channels, file="run*.csv")
+    assert [bool(one.warnings) for one in done if isinstance(one, Imported)] == [run == 6 for run in range(8)]
+    shutil.rmtree(tmp_path / "out")
+    shown = CliRunner().invoke(make_app(), ["import", str(tmp_path / "map.toml"), "--out", str(tmp_path / "out")])
+    lines = shown.output.splitlines()
+    assert sum(" rows (" in one for one in lines) == 6
+    assert (
+        f"and 3 more files: {tmp_path / 'out' / 'run5'}.h5 to run7.h5: 3 recordings, 6000 rows (30.0 s) of time,"
+        " motor_angle, motor_velocity" in lines
+    )
+    assert sum(one.startswith("  WARNING: run6: ") for one in lines) == 1
+    assert len(list((tmp_path / "out").glob("*.h5"))) == 8
+
+
 def test_columns_are_aligned_under_long_headings_and_units(tmp_path: Path) -> None:
     long = "Actual velocity of the motor's shaft before the brake (rad/s)"
     builders.csv(tmp_path / "a.csv", **{"Time (s)": _T, long: _Q, "inertia [kg*m**2]": _T, "short": _Q})

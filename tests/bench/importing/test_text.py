@@ -168,3 +168,53 @@ def test_a_line_that_is_no_row_is_named_with_what_stands_there(tmp_path: Path) -
     assert "is not a table of 6 columns: line 41 has 8 of them ('POSITIONING WITH REVSPEED: 1000, DELTAPOS" in said
     assert said.endswith("it should have 6; [csv] comment = 'POSITIONING' passes over lines that begin so.")
     assert open_source(path, TextOptions(comment="POSITIONING")).read(None, 6)[3] == 3
+
+
+_ROWS = [(k / 10, k % 7 + 0.5, k % 5 - 0.25) for k in range(20)]
+
+
+@pytest.mark.parametrize(
+    ("heading", "row", "last"),
+    [
+        ("t,q,M", "{},{},{},0", [0.0] * 20),
+        ("t;q;M", "{};{};{};", [np.nan] * 20),
+        ("t,q,M", "{0},{1},{2},{1}", [q for _, q, _ in _ROWS]),
+        ("t q M", "{} {} {} 0", [0.0] * 20),
+        ("# t,q,M", "{},{},{},0", [0.0] * 20),
+    ],
+)
+def test_headings_of_all_columns_but_the_last_are_those_of_the_first(
+    tmp_path: Path, heading: str, row: str, last: list[float]
+) -> None:
+    source = _open(tmp_path, "\n".join([heading, *(row.format(*values) for values in _ROWS)]) + "\n")
+    assert [variable.name for variable in source.variables()] == ["t", "q", "M", "column 4"]
+    for name, expected in zip("tqM", zip(*_ROWS, strict=True), strict=True):
+        np.testing.assert_array_equal(source.read(name), expected)
+    np.testing.assert_array_equal(source.read("column 4"), last)
+    assert source.notes == (
+        "the headings name 3 of 4 columns: they are taken for the first 3, the last one is 'column 4'",
+    )
+
+
+def test_headings_with_spaces_are_those_of_columns_with_a_tab_after_each(tmp_path: Path) -> None:
+    source = _open(tmp_path, "time s\tangle q\n" + "".join(f"{t}\t{q}\t\n" for t, q, _ in _ROWS))
+    assert [variable.name for variable in source.variables()] == ["time s", "angle q", "column 3"]
+
+
+@pytest.mark.parametrize(
+    ("heading", "row"),
+    [
+        ("q M", "{index} {1} {2}"),  # row numbers before the columns, as R and pandas write them
+        ("time q", "2026-03-01 12:00:{index:02d} {1}"),
+        ("t,q", "{},{},{},0"),
+        ("Measurement", "{},0"),
+        ("x", "{index},5"),
+    ],
+)
+def test_headings_that_may_be_of_other_columns_are_none(tmp_path: Path, heading: str, row: str) -> None:
+    rows = [row.format(*values, index=index) for index, values in enumerate(_ROWS)]
+    source = _open(tmp_path, "\n".join([heading, *rows]) + "\n")
+    assert not source.layout.one_less
+    assert source.notes == ()
+    if heading != "x":  # decimal commas in one column
+        assert all(variable.name.startswith("column ") for variable in source.variables())
