@@ -19,6 +19,7 @@ from bench.mismatch.recordings.followed_waves import NOTE, follows_waves
 from bench.mismatch.recordings.motion import slowly
 from bench.mismatch.recordings.pieces import Piece, pieces
 from bench.mismatch.recordings.prepared import Folder, prepare
+from bench.mismatch.recordings.repeated_motion import repeats
 from bench.mismatch.recordings.resolution import unresolved
 from bench.mismatch.recordings.source import Paths, folders_of, gathered, names_of, of_one_campaign
 from bench.mismatch.recordings.split import load_step, none_spared, point_of, split, split_blocks
@@ -129,6 +130,8 @@ def load(
         data.unresolved = unresolved([m.recording for m in data.members], "load_motor_torque")
     if MOTOR_TORQUE in data.rows:
         notes += slowly(data.rows[MOTOR_TORQUE].frame, folder.manner.standstill)
+        if folder.manner.free:
+            notes += repeats(data.rows[MOTOR_TORQUE].frame, data.held_out())
     give_back()
     data.density, data.unsteady = rows.density, rows.unsteady
     data.shaft, data.output, data.swing = rows.shaft, rows.output, rows.swing

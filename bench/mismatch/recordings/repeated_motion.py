@@ -1,0 +1,62 @@
+"""Whether recordings held out repeat the motion of those that are fitted.
+
+A function that follows one motion predicts the same motion as well when it was recorded again. What is left there says
+how large the noise is, and not whether the function holds for another motion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import numpy as np
+from scipy.signal import correlate
+
+from bench.mismatch.recordings.motion import NOTED
+from bench.simulation.frame import FloatArray, Frame
+
+STEPS = 400
+"""of a recording held out, in which its speed is compared"""
+ALIKE = 0.05
+"""energy by which two speeds differ, over that of both, up to which they are one motion"""
+OVERLAP = 0.9
+"""share of a recording held out that has to lie beside the fitted one"""
+
+
+def repeats(frame: Frame, held_out: Collection[int]) -> list[str]:
+    """What is said where nearly all recordings held out repeat the motion of a fitted one, by the rows of all."""
+    numbers = [int(n) for n in np.unique(frame.recording) if np.any(frame.velocity[frame.recording == n])]
+    held = [n for n in numbers if n in held_out]
+    fitted = [n for n in numbers if n not in held_out]
+    again = sum(any(_is_part(frame, number, of) for of in fitted) for number in held)
+    if not held or not fitted or again < (1.0 - NOTED) * len(held):
+        return []
+    return [
+        "the recordings held out repeat the motion of fitted ones: what is left of them says how large the noise is,"
+        " and not how another motion would be predicted"
+    ]
+
+
+def _is_part(frame: Frame, number: int, of: int) -> bool:
+    """Whether the speed of one recording is that of a part of another."""
+    (time, speed), (other_time, other_speed) = (_course(frame, n) for n in (number, of))
+    step = float(time[-1] - time[0]) / STEPS
+    if step <= 0.0 or other_time[-1] - other_time[0] < OVERLAP * STEPS * step:
+        return False
+    one = np.interp(np.arange(time[0], time[-1], step), time, speed)
+    # a little more on either side: the end of the one may lie beyond that of the other
+    beyond = round((1.0 - OVERLAP) * one.size)
+    grid = np.arange(other_time[0], other_time[-1], step)
+    other = np.pad(np.interp(grid, other_time, other_speed), beyond, mode="edge")
+    if other.size < one.size:
+        return False
+    summed = np.concatenate(([0.0], np.cumsum(other**2)))
+    energy = summed[one.size :] - summed[: -one.size]
+    both = energy + float(one @ one)
+    apart = both - 2.0 * correlate(other, one, mode="valid")
+    return bool(np.any(apart <= ALIKE * np.maximum(both, 1e-300)))
+
+
+def _course(frame: Frame, number: int) -> tuple[FloatArray, FloatArray]:
+    """Time since the begin of a recording and speed, row by row."""
+    rows = frame.recording == number
+    return frame.elapsed[rows], frame.velocity[rows]
