@@ -25,7 +25,20 @@ from bench.recording.folder import Rejected
 def test_every_set_has_a_mapping_that_can_be_read_and_an_expert_that_can_be_asked(tmp_path: Path) -> None:
     sets = all_sets()
     assert len(sets) >= 21
-    apart = {"hoist", "kinova", "lara8te", "loader", "openarm", "schunk", "ur3"}
+    apart = {
+        "ar5",
+        "dvrk2",
+        "dvrk3",
+        "hoist",
+        "kinova",
+        "lara8te",
+        "loader",
+        "lugre",
+        "openarm",
+        "schunk",
+        "tmotor",
+        "ur3",
+    }
     assert {own.name for own in sets if own.apart} == apart
     for own in sets:
         file = tmp_path / f"{own.name}.toml"
