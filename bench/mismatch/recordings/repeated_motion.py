@@ -1,7 +1,8 @@
 """Whether recordings held out repeat the motion of those that are fitted.
 
 A function that follows one motion predicts the same motion as well when it was recorded again. What is left there says
-how large the noise is, and not whether the function holds for another motion.
+how large the noise is, and not whether the function holds for another motion. Other quantities that were recorded are
+part of a motion: other joints of an arm may move otherwise.
 """
 
 from __future__ import annotations
@@ -37,26 +38,32 @@ def repeats(frame: Frame, held_out: Collection[int]) -> list[str]:
 
 
 def _is_part(frame: Frame, number: int, of: int) -> bool:
-    """Whether the speed of one recording is that of a part of another."""
-    (time, speed), (other_time, other_speed) = (_course(frame, n) for n in (number, of))
+    """Whether the motion of one recording is that of a part of another."""
+    (time, course), (other_time, other_course) = (_course(frame, n) for n in (number, of))
     step = float(time[-1] - time[0]) / STEPS
     if step <= 0.0 or other_time[-1] - other_time[0] < OVERLAP * STEPS * step:
         return False
-    one = np.interp(np.arange(time[0], time[-1], step), time, speed)
+    at, grid = np.arange(time[0], time[-1], step), np.arange(other_time[0], other_time[-1], step)
     # a little more on either side: the end of the one may lie beyond that of the other
-    beyond = round((1.0 - OVERLAP) * one.size)
-    grid = np.arange(other_time[0], other_time[-1], step)
-    other = np.pad(np.interp(grid, other_time, other_speed), beyond, mode="edge")
-    if other.size < one.size:
+    beyond = round((1.0 - OVERLAP) * at.size)
+    if grid.size + 2 * beyond < at.size:
         return False
-    summed = np.concatenate(([0.0], np.cumsum(other**2)))
-    energy = summed[one.size :] - summed[: -one.size]
-    both = energy + float(one @ one)
-    apart = both - 2.0 * correlate(other, one, mode="valid")
+    apart, both = np.zeros(1), np.zeros(1)
+    for values, other_values in zip(course, other_course, strict=True):
+        one = np.interp(at, time, values)
+        other = np.pad(np.interp(grid, other_time, other_values), beyond, mode="edge")
+        summed = np.concatenate(([0.0], np.cumsum(other**2)))
+        energy = summed[one.size :] - summed[: -one.size] + float(one @ one)
+        both = both + energy
+        apart = apart + energy - 2.0 * correlate(other, one, mode="valid")
     return bool(np.any(apart <= ALIKE * np.maximum(both, 1e-300)))
 
 
-def _course(frame: Frame, number: int) -> tuple[FloatArray, FloatArray]:
-    """Time since the begin of a recording and speed, row by row."""
+def _course(frame: Frame, number: int) -> tuple[FloatArray, list[FloatArray]]:
+    """Time since the begin of a recording, and its speed and all that is no channel of the bench, each in units of its
+    size in all recordings, row by row.
+    """
     rows = frame.recording == number
-    return frame.elapsed[rows], frame.velocity[rows]
+    quantities = [frame.velocity, *(v - np.nanmean(v) for v in frame.aux.values())]
+    scaled = [v[rows] / max(float(np.sqrt(np.nanmean(v**2))), 1e-300) for v in quantities if np.isfinite(v).all()]
+    return frame.elapsed[rows], scaled

@@ -44,3 +44,11 @@ def test_a_motion_of_another_size_or_at_rest_is_another() -> None:
     resting = replace(larger, velocity=np.zeros(ROWS))
     assert repeats(concatenate([*fitted, resting]), {3}) == []
     assert repeats(concatenate(fitted), set()) == []
+
+
+def test_a_motion_in_which_another_joint_moves_otherwise_is_another() -> None:
+    frame = concatenate([recording(n, 0.0, SAME) for n in range(4)])
+    angle = np.sin(0.7 * frame.elapsed)
+    assert repeats(replace(frame, aux={"other joint": angle}), {3})
+    otherwise = np.where(frame.recording == 3, np.cos(1.3 * frame.elapsed), angle)
+    assert repeats(replace(frame, aux={"other joint": otherwise}), {3}) == []
