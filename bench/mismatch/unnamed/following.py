@@ -24,6 +24,7 @@ from bench.mismatch.orders.reported import probability, strong
 from bench.mismatch.orders.reported_law import status_of
 from bench.mismatch.orders.revolutions import Complex
 from bench.mismatch.regression.maxima import tail, tail_rate
+from bench.mismatch.regression.windows import strongest
 from bench.mismatch.unnamed.formula_parts import Constant
 from bench.mismatch.unnamed.formula_regressor import Equation
 from bench.mismatch.unnamed.formula_units import product
@@ -142,7 +143,7 @@ def as_discovery(model: TransmissionModel, found: Following, excess: FloatArray)
         p_value=found.p_value,
         simulation_rows=({"effect": course.effect} | equation.row(coefficients, std),),
         alternatives=alternatives,
-        orders=found.orders,
+        orders=tuple(found.orders[k] for k in strongest(np.abs(found.vectors) ** 2)),
         numbers=2 * len(found.orders) + len(course.point),
         excess=excess,
     )

@@ -129,6 +129,21 @@ def test_a_file_says_what_was_found() -> None:
     assert [kept["over"] for kept in _kept(given.simulation)] == [["input_angle", found.course.name]]
 
 
+def test_a_finding_names_the_orders_that_hold_nine_tenths_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Others may follow the course by chance, by a few standard deviations."""
+    monkeypatch.setattr(following, "strong", lambda *_: True)
+    values = quantity("risen_350s", FRAME)
+    whole = model(values, 4e-7 / float(np.std(values)))
+    found = following.search(whole, 0)
+    assert found is not None
+    vectors = found.vectors[0] * np.array([0.06 + 0.04j, 1.0, 0.05j])
+    several = replace(found, orders=(13.0, 46.0, 90.0), vectors=vectors, std=np.abs(vectors[[0, 0, 0]]) / 3.0)
+    said = following.as_discovery(whole, several, np.zeros(FRAME.size))
+    assert said is not None
+    assert said.orders == (46.0,)
+    assert said.numbers >= 6  # its numbers are those of all
+
+
 def test_orders_that_follow_nothing_are_left_alone() -> None:
     assert following.search(model(np.zeros(FRAME.size), 0.0), 0) is None
 
