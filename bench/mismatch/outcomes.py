@@ -17,7 +17,7 @@ from bench.mismatch.recordings.beginning import at_start, risen
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.vibration import Density
 from bench.mismatch.regression import noise
-from bench.mismatch.regression.beside import BEYOND_BOUNDS
+from bench.mismatch.regression.beside import BEYOND_BOUNDS, bounds_exceeded
 from bench.mismatch.regression.course import columns_at
 from bench.mismatch.regression.discoveries import discoveries as of_regression
 from bench.mismatch.regression.hidden_states import with_states
@@ -98,14 +98,14 @@ def impossible_numbers(model: ChannelModel) -> list[str]:
         if not isinstance(term, Named):
             continue
         values, covariance = model.fit.of(block.indices)
-        for symbol, value, variance in zip(term.form.linear, values, np.diag(covariance), strict=True):
-            std = float(np.sqrt(max(variance, 0.0)))
-            bound = symbol.lower if value + BEYOND_BOUNDS * std < symbol.lower else symbol.upper
-            if value + BEYOND_BOUNDS * std < symbol.lower or value - BEYOND_BOUNDS * std > symbol.upper:
-                out.append(
-                    f"{symbol.symbol} ({symbol.meaning}) comes out as {value:.3g} ± {std:.2g} {symbol.unit}, beyond"
-                    f" {bound:g}, which is not possible: something else in these recordings has calibrated it"
-                )
+        std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+        bounds = bounds_exceeded(term, values, BEYOND_BOUNDS * std)
+        out += [
+            f"{symbol.symbol} ({symbol.meaning}) comes out as {value:.3g} ± {error:.2g} {symbol.unit}, beyond"
+            f" {bound:g}, which is not possible: something else in these recordings has calibrated it"
+            for symbol, value, error, bound in zip(term.form.linear, values, std, bounds, strict=True)
+            if np.isfinite(bound)
+        ]
     return out
 
 

@@ -9,7 +9,7 @@ on the same spectrum with the phase of each order drawn at random; beside a puls
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +17,17 @@ from numpy.typing import NDArray
 
 from bench.mismatch import criteria
 from bench.mismatch.orders.periodic import Pulse
-from bench.mismatch.orders.pulse_forms import SEARCH_RANGE, Form, apart, apex, extent, fewest, form_of, size_of
+from bench.mismatch.orders.pulse_forms import (
+    SEARCH_RANGE,
+    Form,
+    apart,
+    apex,
+    extent,
+    fewest,
+    form_of,
+    price_of,
+    size_of,
+)
 from bench.mismatch.orders.pulse_mean import Mean
 from bench.mismatch.orders.revolutions import Complex
 from bench.mismatch.orders.sight import Sight
@@ -82,32 +92,19 @@ def _next(sight: Sight, line: Mean, before: Complex, seed: int) -> list[_Found]:
     """The pulse that gains most beside others that give ``before`` (k,) of a line, or the two that do so together;
     none where chance gains as much.
     """
-    # three numbers of a mean of as many orders cost half their logarithm each (BIC): less is nothing anyway
-    price = 1.5 * float(np.log(2.0 * line.orders.size))
-    best = line.best(before, STARTS)
-    if best is not None and best[0] >= price:
-        nulls = _without_phase(sight, before, line, seed, _gain_of_one)
-        if best[0] >= tail(nulls, criteria.ERROR_RATE_OF_A_CHANNEL):
-            return [_Found(best[0], tail_rate(nulls, best[0]), form_of(line, before, best[1]))]
-    pair = line.best_pair(before)
-    if pair is None or pair[0] < 2.0 * price:
-        return []
-    nulls = _without_phase(sight, before, line, seed, _gain_of_two)
-    if pair[0] < tail(nulls, criteria.ERROR_RATE_OF_A_CHANNEL):
-        return []
-    p_value = tail_rate(nulls, pair[0])
-    beside = [before + _drawn(line, [other]) for other in reversed(pair[1])]
-    return [_Found(0.5 * pair[0], p_value, form_of(line, b, p)) for b, p in zip(beside, pair[1], strict=True)]
-
-
-def _gain_of_one(line: Mean, before: Complex) -> float:
-    best = line.best(before, 1)
-    return 0.0 if best is None else best[0]
-
-
-def _gain_of_two(line: Mean, before: Complex) -> float:
-    best = line.best_pair(before)
-    return 0.0 if best is None else best[0]
+    for number, starts in ((1, STARTS), (2, 1)):
+        best = line.best(before, starts, number)
+        # less than their numbers cost is nothing anyway
+        if best is None or best[0] < price_of(line, number):
+            continue
+        gain, pulses = best
+        nulls = _without_phase(sight, line, before, seed, number)
+        if gain < tail(nulls, criteria.ERROR_RATE_OF_A_CHANNEL):
+            continue
+        others = [before + _drawn(line, [p for p in pulses if p is not one]) for one in pulses]
+        forms = [form_of(line, beside, one) for beside, one in zip(others, pulses, strict=True)]
+        return [_Found(gain / number, tail_rate(nulls, gain), form) for form in forms]
+    return []
 
 
 def _fitted_beside_each_other(line: Mean, groups: Sequence[Sequence[Form]]) -> list[Form]:
@@ -155,11 +152,9 @@ def _drawn(line: Mean, pulses: Sequence[Pulse]) -> Complex:
     return sum((p.vectors(line.orders) for p in pulses), np.zeros(line.orders.size, dtype=np.complex128))
 
 
-def _without_phase(
-    sight: Sight, before: Complex, line: Mean, seed: int, gain: Callable[[Mean, Complex], float]
-) -> FloatArray:
-    """What pulses ``gain`` beside others that give ``before`` (k,) of a line, where what they leave of each order has a
-    phase of its own (SURROGATES,).
+def _without_phase(sight: Sight, line: Mean, before: Complex, seed: int, number: int) -> FloatArray:
+    """What so many pulses gain at most beside others that give ``before`` (k,) of a line, where what they leave of each
+    order has a phase of its own (SURROGATES,).
     """
     rng = np.random.default_rng([seed, 2])
     known = np.zeros(sight.mean.size, dtype=np.complex128)
@@ -167,7 +162,8 @@ def _without_phase(
     out = []
     for _ in range(SURROGATES):
         drawn = known + (sight.mean - known) * np.exp(2j * np.pi * rng.random(sight.mean.size))
-        out.append(gain(Mean.of(sight, drawn), before))
+        best = Mean.of(sight, drawn).best(before, 1, number)
+        out.append(best[0] if best is not None else 0.0)
     return np.asarray(out)
 
 

@@ -45,7 +45,7 @@ def form_of(line: Mean, before: Complex, first: Pulse) -> Form:
         plain = np.array([first.height, 0.0, np.log(first.width)])
         begin = np.append(begin, plain if number == 1 else _next(line, rest, first))
         begin, cost, covariance = _least_squares(line, left, first, begin, criteria.SHAPE / 2.0 ** (number - 1))
-        total = cost + _price(line, number)
+        total = cost + price_of(line, number)
         if best is not None and total >= best[0]:
             break
         best = (total, begin, covariance)
@@ -71,7 +71,7 @@ def fewest(line: Mean, before: Complex, pulses: Sequence[Pulse]) -> Form:
         first = replace(max(pulses, key=size_of), width=widest)
         begin = np.concatenate([[p.height, angle_from(p.angle, first.angle), np.log(p.width)] for p in pulses])
         begin, cost, covariance = _least_squares(line, left, first, begin, criteria.SHAPE / 2.0 ** (len(pulses) - 1))
-        total = cost + _price(line, len(pulses))
+        total = cost + price_of(line, len(pulses))
         if best is not None and total >= best.words:
             break
         pulses = _pulses(begin, covariance, first)
@@ -109,7 +109,7 @@ def extent(pulses: Sequence[Pulse]) -> tuple[float, float]:
     return float(angle[above[0]]), float(angle[above[-1]])
 
 
-def _price(line: Mean, number: int) -> float:
+def price_of(line: Mean, number: int) -> float:
     """What some Gaussians cost: three numbers each, of a mean of as many orders, half their logarithm each (BIC)."""
     return 1.5 * number * float(np.log(2.0 * line.orders.size))
 

@@ -103,21 +103,15 @@ class Mean:
 
         return gain
 
-    def best(self, before: Complex, starts: int) -> tuple[float, Pulse] | None:
-        """The pulse that gains most beside others: by a matched filter over the angle, then refined."""
-        gain = self.beside(before)
-        begins = [p for peaks in self._peaks(before) for p in peaks]
-        tried = sorted((_begun((p,), gain) for p in begins), key=lambda g: -g[0])[:starts]
-        out = [_refined(pulses, gain) for _, pulses in tried]
-        return max(((g, pulses[0]) for g, pulses in out), key=lambda g: g[0]) if out else None
-
-    def best_pair(self, before: Complex) -> tuple[float, tuple[Pulse, ...]] | None:
-        """The two pulses that gain most together. Of two alike either leaves as much as it says, so that neither gains
-        anything alone.
+    def best(self, before: Complex, starts: int, number: int = 1) -> tuple[float, tuple[Pulse, ...]] | None:
+        """The pulse, or the two (``number``) together, that gain most beside others: by a matched filter over the
+        angle, then refined from so many ``starts``. Of two alike either leaves as much as it says, so that neither
+        gains anything alone.
         """
         gain = self.beside(before)
-        begun = max((_begun(peaks, gain) for peaks in self._peaks(before)), key=lambda g: g[0], default=None)
-        return None if begun is None else _refined(begun[1], gain)
+        begins = [peaks[k : k + number] for peaks in self._peaks(before) for k in range(0, len(peaks), number)]
+        tried = sorted((_begun(pulses, gain) for pulses in begins), key=lambda g: -g[0])[:starts]
+        return max((_refined(pulses, gain) for _, pulses in tried), key=lambda g: g[0], default=None)
 
     def _peaks(self, before: Complex) -> list[tuple[Pulse, Pulse]]:
         """The two highest peaks of a matched filter over the angle, for each width."""

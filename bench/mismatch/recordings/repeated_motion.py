@@ -15,6 +15,8 @@ from scipy.signal import correlate
 from bench.mismatch.recordings.motion import NOTED
 from bench.simulation.frame import FloatArray, Frame
 
+Course = tuple[FloatArray, list[FloatArray]]
+"""of a recording: time since its begin, and its speed and all that is no channel of the bench, row by row"""
 STEPS = 400
 """of a recording held out, in which its speed is compared"""
 ALIKE = 0.05
@@ -25,10 +27,10 @@ OVERLAP = 0.9
 
 def repeats(frame: Frame, held_out: Collection[int]) -> list[str]:
     """What is said where nearly all recordings held out repeat the motion of a fitted one, by the rows of all."""
-    numbers = [int(n) for n in np.unique(frame.recording) if np.any(frame.velocity[frame.recording == n])]
-    held = [n for n in numbers if n in held_out]
-    fitted = [n for n in numbers if n not in held_out]
-    again = sum(any(_is_part(frame, number, of) for of in fitted) for number in held)
+    courses = _courses(frame)
+    held = [course for number, course in courses.items() if number in held_out]
+    fitted = [course for number, course in courses.items() if number not in held_out]
+    again = sum(any(_is_part(one, of) for of in fitted) for one in held)
     if not held or not fitted or again < (1.0 - NOTED) * len(held):
         return []
     return [
@@ -37,9 +39,9 @@ def repeats(frame: Frame, held_out: Collection[int]) -> list[str]:
     ]
 
 
-def _is_part(frame: Frame, number: int, of: int) -> bool:
+def _is_part(one: Course, of: Course) -> bool:
     """Whether the motion of one recording is that of a part of another."""
-    (time, course), (other_time, other_course) = (_course(frame, n) for n in (number, of))
+    (time, course), (other_time, other_course) = one, of
     step = float(time[-1] - time[0]) / STEPS
     if step <= 0.0 or other_time[-1] - other_time[0] < OVERLAP * STEPS * step:
         return False
@@ -50,20 +52,22 @@ def _is_part(frame: Frame, number: int, of: int) -> bool:
         return False
     apart, both = np.zeros(1), np.zeros(1)
     for values, other_values in zip(course, other_course, strict=True):
-        one = np.interp(at, time, values)
+        part = np.interp(at, time, values)
         other = np.pad(np.interp(grid, other_time, other_values), beyond, mode="edge")
         summed = np.concatenate(([0.0], np.cumsum(other**2)))
-        energy = summed[one.size :] - summed[: -one.size] + float(one @ one)
+        energy = summed[part.size :] - summed[: -part.size] + float(part @ part)
         both = both + energy
-        apart = apart + energy - 2.0 * correlate(other, one, mode="valid")
+        apart = apart + energy - 2.0 * correlate(other, part, mode="valid")
     return bool(np.any(apart <= ALIKE * np.maximum(both, 1e-300)))
 
 
-def _course(frame: Frame, number: int) -> tuple[FloatArray, list[FloatArray]]:
-    """Time since the begin of a recording, and its speed and all that is no channel of the bench, each in units of its
-    size in all recordings, row by row.
-    """
-    rows = frame.recording == number
+def _courses(frame: Frame) -> dict[int, Course]:
+    """Courses of the recordings that move, each in units of its size in all recordings."""
     quantities = [frame.velocity, *(v - np.nanmean(v) for v in frame.aux.values())]
-    scaled = [v[rows] / max(float(np.sqrt(np.nanmean(v**2))), 1e-300) for v in quantities if np.isfinite(v).all()]
-    return frame.elapsed[rows], scaled
+    scaled = [v / max(float(np.sqrt(np.nanmean(v**2))), 1e-300) for v in quantities if np.isfinite(v).all()]
+    out = {}
+    for number in np.unique(frame.recording).tolist():
+        rows = frame.recording == number
+        if np.any(frame.velocity[rows]):
+            out[number] = frame.elapsed[rows], [v[rows] for v in scaled]
+    return out

@@ -143,12 +143,19 @@ def idle(search: Search, candidate: Chosen) -> bool:
     return not exercised(regressor, regressor.columns(frame)[problem.train], frame.take(problem.train))
 
 
+def bounds_exceeded(named: Named, coefficients: FloatArray, doubt: FloatArray) -> FloatArray:
+    """Physical bound that each of a term's coefficients (k,) is beyond, by more than its ``doubt`` (k,); nan where it
+    is beyond none.
+    """
+    low = np.array([s.lower for s in named.form.linear])
+    high = np.array([s.upper for s in named.form.linear])
+    return np.where(coefficients + doubt < low, low, np.where(coefficients - doubt > high, high, np.nan))
+
+
 def admissible(named: Named, coefficients: FloatArray, covariance: FloatArray) -> bool:
     """Whether a term's coefficients are physically possible: a lag that leads is no lag."""
     doubt = BEYOND_BOUNDS * np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    low = np.array([s.lower for s in named.form.linear])
-    high = np.array([s.upper for s in named.form.linear])
-    if np.any(coefficients + doubt < low) or np.any(coefficients - doubt > high):
+    if not np.isnan(bounds_exceeded(named, coefficients, doubt)).all():
         return False
     if named.form.ratio is not None and not _of_that_ratio(named.form.ratio, coefficients, covariance):
         return False

@@ -164,7 +164,7 @@ def _without_idle_nuisance(search: Search) -> Search:
     if not free or (indices and chance_of(*model.fit.of(indices)) <= criteria.ERROR_RATE):
         return search
     base = [b for b in model.base if not any(b is one for one in free)]
-    search.model = model = replace(model, base=base, calibration=calibration(model.problem, base, model.noise))
+    search.model = model = replace(model, base=base)
     model.fit = model.refitted(model.chosen)
     return search
 

@@ -152,7 +152,7 @@ def _of_ripple(ringing: Ringing, frame: Frame, ripples: Sequence[float]) -> bool
         np.abs(order * np.array(speeds) / (2.0 * np.pi) - frequency) < np.clip(SURE_HZ * std, *near_by)
         for order in ripples
     ]
-    return any(float(np.mean(one)) > 0.5 for one in near) if speeds else False
+    return any(float(np.mean(one)) > 0.5 for one in near)
 
 
 def after_crossings(recordings: Iterable[FineResidual], clear: float, fitted: Sequence[bool]) -> RingDown | None:

@@ -15,6 +15,8 @@ BETWEEN: tuple[Between, ...] = ("fresh", "followed", "released")
 """what loops do between recordings: they begin anew, or the load goes from one to the next, with or without a rest at
 zero
 """
+OF_A_PLAY: tuple[Between, ...] = ("fresh", "kept", "released")
+"""the same of a play: one that stays is where the load's next value takes it"""
 SUFFIX = {"fresh": "", "kept": "_kept", "followed": "_followed", "released": "_released"}
 NARROWEST = 0.06
 """of the largest torque"""
@@ -88,10 +90,10 @@ class Loops:
         one, width, width_and_rate = (self.size,), (self.width,), (self.width, self.in_motion)
         noise = NOISE_SHARE
         kinds = (
-            ("play", self._play, one, width, self.widths, play_text, "y", 0.0),
-            (self.relaxing, self._relaxing, one, width, self.widths, relaxing_text, "z", noise),
-            ("stack", self._stack, sizes, width, self.widths_of_a_stack, stack_text, "y_k", 0.0),
-            ("pair", self._pair, two, two_widths, self._pair_points, pair_text, "y_k", 0.0),
+            ("play", self._play, one, width, self.widths, play_text, "y", OF_A_PLAY, 0.0),
+            (self.relaxing, self._relaxing, one, width, self.widths, relaxing_text, "z", BETWEEN, noise),
+            ("stack", self._stack, sizes, width, self.widths_of_a_stack, stack_text, "y_k", OF_A_PLAY, 0.0),
+            ("pair", self._pair, two, two_widths, self._pair_points, pair_text, "y_k", OF_A_PLAY, 0.0),
             (
                 "dithered",
                 self._dithered,
@@ -100,6 +102,7 @@ class Loops:
                 self._with_rates(RATES_IN_MOTION),
                 dither_text,
                 "z",
+                BETWEEN,
                 noise,
             ),
         )
@@ -110,16 +113,15 @@ class Loops:
                     make(between),
                     linear,
                     nonlinear,
-                    grid if between in own else _not_looked_for,
+                    grid if between in ways else _not_looked_for,
                     one_sign=len(linear) > 1,
                     remembers=between != "fresh",
                     equation=f"{text}, {begins(state, between)}",
                     blur=blur,
                 )
-                for name, make, linear, nonlinear, grid, text, state, blur in kinds
-                # a play that stays is where the load's next value takes it; a state that relaxes is not
-                for own in [("fresh", "kept", "released") if state.startswith("y") else BETWEEN]
-                for between in dict.fromkeys((*own, "kept"))
+                for name, make, linear, nonlinear, grid, text, state, ways, blur in kinds
+                # files from before have relaxing states that stay
+                for between in dict.fromkeys((*ways, "kept"))
             ),
             Form(
                 "forgetting",
@@ -176,10 +178,10 @@ class Loops:
         return lambda frame: tuple((w, rate) for (w,) in self.widths_of_a_stack(frame) for rate in rates)
 
     def _quiet(self, frame: Frame, width: float, between: Between) -> FloatArray:
-        """The torque without the sensor's noise, which would turn the loop by itself."""
-        begins_anew: tuple[Between, ...] = ("fresh", "kept")
-        between = "fresh" if between in begins_anew else between
-        return play(self.level(frame), frame, NOISE_SHARE * width, between)
+        """The torque without the sensor's noise, which would turn the loop by itself. Beside a state that stays it
+        begins anew: so files from before were made.
+        """
+        return play(self.level(frame), frame, NOISE_SHARE * width, "fresh" if between == "kept" else between)
 
 
 def _not_looked_for(_: Frame) -> tuple[Point, ...]:

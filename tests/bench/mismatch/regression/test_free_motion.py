@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bench.mismatch.outcomes import impossible_numbers
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.alone import alone
 from bench.mismatch.regression.beside import free_function, sound_beside
@@ -293,6 +294,15 @@ def test_a_simulation_that_far_too_little_noise_calibrated_is_calibrated_anew() 
     assert [c.effect for c in again.model.chosen] == [c.effect for c in found.model.chosen]
     assert "a function was refuted" in again.model.notes
     assert as_noisy_as_left(found) is found
+
+
+def test_a_number_that_is_not_possible_is_said_with_its_bound() -> None:
+    frame = swinging()
+    y = 0.3 * frame.direction - 0.05 * frame.omega + INERTIA * frame.acceleration + noise(frame)
+    (sentence,) = impossible_numbers(begun(asked(frame, y, *NOMINAL)).model)
+    assert sentence.startswith("f_v (viscous friction) comes out as -0.05")
+    assert "beyond 0, which is not possible" in sentence
+    assert impossible_numbers(begun(asked(frame, plain(frame) + noise(frame), *NOMINAL)).model) == []
 
 
 @pytest.mark.parametrize(("second", "heirs"), [(0.05, {0: 1}), (0.8, {})])
