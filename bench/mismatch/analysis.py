@@ -24,9 +24,9 @@ from bench.mismatch.power_zeros import REST, UNNAMED, Zeros, of_model
 from bench.mismatch.power_zeros import chosen as zeros_chosen
 from bench.mismatch.prediction import corrected
 from bench.mismatch.problems import capacity_of, less_fixed, periodicity_of, problem_of, usable, wandering_zero
+from bench.mismatch.read_motion import without_misread_motion
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.read_again import finely
-from bench.mismatch.recordings.read_motion import without_misread_motion
 from bench.mismatch.recordings.rows import HEAT_S, Rows
 from bench.mismatch.regression.bank import Fit
 from bench.mismatch.regression.candidates import ROTATING
@@ -35,7 +35,6 @@ from bench.mismatch.regression.hidden_states import with_states
 from bench.mismatch.regression.model import ChannelModel, Chosen, fit_blocks
 from bench.mismatch.regression.nameless_heat import gain_heat, nameless_heat, nameless_load_heat, sensor_heat
 from bench.mismatch.regression.nameless_load import nameless_load
-from bench.mismatch.regression.noise import usual_rate
 from bench.mismatch.regression.problem import CHANNELS, TORQUE_ZERO, BaseTerm, ChannelProblem
 from bench.mismatch.regression.regressors import UNKNOWN, Named, Regressor
 from bench.mismatch.regression.search import searched
@@ -192,9 +191,7 @@ def _moved(out: Analysis, data: Dataset, given: Given, frame: Frame) -> Frame:
     outcome = out.outcomes.get(TRANSMISSION_ERROR)
     found = [] if outcome is None else [d for d in outcome.discoveries if d.effect == ENCODER]
     waves = [w for d in found for row in d.simulation_rows for w in from_json(row.get("waves", ()), ENCODER)]
-    waves += given.misread_waves
-    rate = usual_rate(frame)
-    return without_misread_motion(frame, waves, rate, data.folder.manner.smoothing) if waves and rate > 0.0 else frame
+    return without_misread_motion(frame, [*waves, *given.misread_waves], data.folder.manner.smoothing)
 
 
 def _beside_orders(out: Analysis, data: Dataset, given: Given, problem: ChannelProblem, seed: int) -> Search:

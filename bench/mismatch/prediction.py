@@ -29,12 +29,12 @@ from bench.mismatch.power_zeros import (
     of_recordings,
     reported_by,
 )
+from bench.mismatch.read_motion import without_misread_motion
 from bench.mismatch.recordings.beginning import START_S, at_start, risen
 from bench.mismatch.recordings.collected import Collected
 from bench.mismatch.recordings.level import means_of_segments
 from bench.mismatch.recordings.notch import notched
 from bench.mismatch.recordings.prepared import Folder, Prepared, prepare
-from bench.mismatch.recordings.read_motion import without_misread_motion
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.recordings.source import of_one_campaign
 from bench.mismatch.regression.problem import CHANNELS, fixed_part, nominal_base
@@ -102,14 +102,11 @@ class Predictor:
         values = [] if term is None or not term.enabled else list(term.parameters.values())
         return values[0].value if values else 0.0
 
-    def moved(self, channel: str, frame: Frame, rate: float, span: float) -> Frame:
+    def moved(self, channel: str, frame: Frame, span: float) -> Frame:
         """A frame as a channel feels the motion: the motor torque without what the file says the motor's encoder
-        misreads; ``rate`` of the samples in Hz, window ``span`` in s of their rates.
+        misreads; ``span``: window of its rates, s.
         """
-        waves = self.given.misread_waves
-        if channel != MOTOR_TORQUE or not waves:
-            return frame
-        return without_misread_motion(frame, waves, rate, span)
+        return without_misread_motion(frame, self.given.misread_waves if channel == MOTOR_TORQUE else (), span)
 
     def missing(self, channel: str, frame: Frame) -> list[str]:
         """Nominal terms in force that matter on a frame and have no coefficients in the file."""
@@ -360,7 +357,7 @@ def predictions_of(
             if channel in ready.measured and all(name in part.specs for name in spec.made_of):
                 side = compared(ready, channel)
                 frame = zeros.less(ready.frame) if channel == TEMPERATURE else ready.frame
-                frame = predictor.moved(channel, frame, ready.sample_rate, folder.manner.smoothing)
+                frame = predictor.moved(channel, frame, folder.manner.smoothing)
                 values = predictor.channel(channel, frame, side.start, campaign)
                 if channel in ready.ripple:  # the simulation is silent at these orders, as a notch is
                     values = values + ready.ripple[channel]

@@ -90,7 +90,7 @@ def rmse(
                 if predictor.missing(channel, side.frame):
                     unknown.add((channel, name))
                     continue
-                frame, whole = predictor.moved(channel, side.frame, part.sample_rate, span), campaign
+                frame, whole = predictor.moved(channel, side.frame, span), campaign
                 if channel == TEMPERATURE:
                     frame, whole = zeros[name].less(frame), heated[name]
                 values = predictor.channel(channel, frame, side.start, whole)

@@ -107,7 +107,7 @@ class Predicting:
                 self.without[channel] = f"the model has no numbers for {', '.join(lacking)}"
                 continue
             frame, start = rows.frame, None
-            frame = self._predictor.moved(channel, frame, ready.sample_rate, self._folder.manner.smoothing)
+            frame = self._predictor.moved(channel, frame, self._folder.manner.smoothing)
             if channel == TEMPERATURE:
                 frame, start = zeros.less(frame), at_start(frame, rows.y)
             predicted = self._predictor.channel(channel, frame, start, campaign)
