@@ -2,8 +2,9 @@
 
 The comparison is made against the simulation as it was given: a free function that was found could take a term's
 place unseen. The term is a candidate as any other of the nominal simulation is. It counts as named where a finding
-bears its id; as found under another name where something else is reported in its channel. Its numbers are given as the
-simulation has it: without the changes of it that were found as well, and as uncertain as these make them.
+bears its id; as found under another name where something is reported in its channel that is not found with the term
+in force. Its numbers are given as the simulation has it: without the changes of it that were found as well, and as
+uncertain as these make them.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ class Question:
     recordings: Paths
     model: Simulation
     channels: tuple[str, ...]
-    known: frozenset[str]
+    known: frozenset[tuple[str, str]]
     effect: str
 
 
@@ -60,7 +61,7 @@ def leave_one_out(
     ``whole``: findings with nothing switched off; what those say is no answer to a term left out. ``elsewhere``
     maps the questions over other processes, which read ``recordings`` themselves; the rows are the same.
     """
-    known = frozenset(f.effect for f in whole if f.status == "unknown")
+    known = frozenset((f.channel, f.effect) for f in whole)
     questions = [Question(recordings, model, tuple(channels), known, effect) for effect in effects]
     out: list[LeftOut] = []
     answers = (_left_out_fit(data, q) for q in questions) if elsewhere is None else iter(elsewhere(answer, questions))
@@ -115,7 +116,7 @@ def _row(
     analysis: Analysis,
     rmse: dict[str, float | None],
     findings: Sequence[Finding],
-    known: frozenset[str],
+    known: frozenset[tuple[str, str]],
     linear: bool,
 ) -> LeftOut:
     out = LeftOut(
@@ -138,15 +139,18 @@ def _row(
             + f" {in_metres(p['unit']) if linear else p['unit']}"
             for p in (found.discovery.alone or found.discovery.parameters)[:3]
         )
-    elif any(f.effect not in known for f in findings):
+    elif any((f.channel, f.effect) not in known for f in findings):
         out.outcome = OTHERWISE
+    elif findings:
+        which = ", ".join(dict.fromkeys(_called(f) for f in findings))
+        out.why = f"what it leaves is part of what these recordings have with the term, too: {which}"
     else:
-        out.why = (
-            "what it leaves is part of structure without a name, which these recordings have with the term, too"
-            if findings
-            else _nothing_found(rmse["before"], analysis.outcomes[channel].floor, channel)
-        )
+        out.why = _nothing_found(rmse["before"], analysis.outcomes[channel].floor, channel)
     return out
+
+
+def _called(finding: Finding) -> str:
+    return "structure without a name" if finding.status == "unknown" else finding.effect
 
 
 def _nothing_found(left: float | None, floor: float, channel: str) -> str:

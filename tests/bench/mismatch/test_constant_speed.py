@@ -10,7 +10,11 @@ import pytest
 
 from bench.importing import Imported
 from bench.mismatch import run as run_module
+from bench.mismatch.leave_one_out import leave_one_out
+from bench.mismatch.report.left_out import NOT_FOUND
 from bench.mismatch.run import run
+from bench.simulation.model import Simulation
+from bench.simulation.terms import MOTOR_TORQUE
 from tests.bench.importing import builders
 
 SECONDS, RATE, TURNS = 60.0, 400.0, 1.5
@@ -43,6 +47,24 @@ def test_orders_of_three_times_the_noise_are_found(tmp_path: Path, parts: dict[s
     assert set(ORDERS) <= found
     (outcome,) = report.outcomes
     assert outcome.floor == pytest.approx(NOISE, rel=0.15)
+
+
+def test_waves_found_anyway_are_no_other_name_of_a_term_left_out(tmp_path: Path) -> None:
+    report = run(imported(tmp_path, True), tmp_path / "report")
+    known = {f.effect for f in report.findings}
+    (row,) = leave_one_out(
+        report.data,
+        Simulation.nominal(),
+        [MOTOR_TORQUE],
+        report.findings,
+        tmp_path / "out",
+        lambda *_: None,
+        effects=("friction.viscous",),
+    )
+    assert set(row.said) <= known
+    assert row.said
+    assert row.outcome == NOT_FOUND
+    assert "with the term, too" in row.why
 
 
 def test_noise_alone_is_a_match(tmp_path: Path) -> None:
