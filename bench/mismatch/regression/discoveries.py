@@ -83,6 +83,12 @@ def _discovery(
             f"{regressor.words}: its numbers stand at an end of their range, or may be nothing by their standard"
             " deviations; the confidence in the name is halved"
         )
+    elif status == NAMED and is_a_parabola(model, tested):
+        sure = criteria.EITHER
+        model.notes.append(
+            f"{regressor.words}: over the angles that were run a parabola over the angle, as of a spring, says the same"
+            " within the noise; the confidence in the name is halved"
+        )
     return Discovery(
         effect=tested.effect,
         status=status,
@@ -201,6 +207,22 @@ def sure_of_name(status: str, at_the_end: bool, coefficients: FloatArray, covari
     """Share of a confidence that is left for what the recordings say of a named term's shape and coefficients (k,)."""
     sure = not at_the_end and differs_from_zero(coefficients, covariance)
     return criteria.EITHER if status == NAMED and not sure else 1.0
+
+
+def is_a_parabola(model: ChannelModel, tested: Chosen) -> bool:
+    """Whether a named wave over the output angle is a parabola over it at the rows that are fitted, but for less than the
+    noise tells: a sine of any size is, where the angle hardly varies.
+    """
+    regressor, frame = tested.main.regressor, model.problem.rows.frame
+    if not isinstance(regressor, Named) or regressor.variables != (ANGLE,) or regressor.point:
+        return False
+    q = frame.q - frame.q.mean()
+    course = model.contribution(tested, frame)
+    columns = np.column_stack([np.ones(frame.size), q, q**2, course])
+    white = model.bank.whitening.apply(columns[model.problem.train])
+    parabola = white[:, :-1] / np.maximum(np.linalg.norm(white[:, :-1], axis=0), 1e-300)
+    left = white[:, -1] - parabola @ np.linalg.lstsq(parabola, white[:, -1], rcond=None)[0]
+    return bool(left @ left < criteria.TOLD**2)
 
 
 def _window(chosen: Chosen, frame: Frame, coefficients: FloatArray) -> tuple[float, float] | None:

@@ -13,6 +13,7 @@ from bench.mismatch.regression.alone import alone
 from bench.mismatch.regression.beside import free_function, sound_beside
 from bench.mismatch.regression.copies import copies, notes_of
 from bench.mismatch.regression.description import description
+from bench.mismatch.regression.discoveries import is_a_parabola
 from bench.mismatch.regression.equivalent import heirs_of
 from bench.mismatch.regression.heredity import laws, orphaned, without, without_laws
 from bench.mismatch.regression.model import Block, Chosen, add_block, left_by
@@ -319,3 +320,13 @@ def test_a_table_that_is_off_a_name_by_no_more_than_its_form_has_that_name(
     table = next(b for b in tables if b.regressor.variables == ("angle",) and b.regressor.numbers > 1)
     contenders = (free_function(search, [], table), Chosen(add_block(model.problem, model.bank, gravity)))
     assert heirs_of(model, [], contenders) == (heirs, False)
+
+
+@pytest.mark.parametrize(("size", "parabola"), [(0.03, True), (1.0, False)], ids=["hardly varies", "varies"])
+def test_a_sine_of_an_angle_that_hardly_varies_is_no_surer_than_a_spring(size: float, parabola: bool) -> None:
+    frame = swinging(size=size)
+    gravity = 2.0 * np.sin(frame.q / (1.0 if size > 0.1 else 0.1))
+    y = plain(frame) + gravity + noise(frame)
+    model = searched(asked(frame, y, "friction.coulomb", "friction.viscous", "motor.inertia")).model
+    (found,) = [c for c in model.chosen if c.effect == "load.unbalance"]
+    assert is_a_parabola(model, found) == parabola
