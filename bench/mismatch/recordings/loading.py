@@ -129,7 +129,7 @@ def load(
     if LOAD_TORQUE in data.rows:
         data.unresolved = unresolved([m.recording for m in data.members], "load_motor_torque")
     if MOTOR_TORQUE in data.rows:
-        notes += slowly(data.rows[MOTOR_TORQUE].frame, folder.manner.standstill)
+        notes += slowly(data.rows[MOTOR_TORQUE].frame, folder.manner)
         if folder.manner.free:
             notes += repeats(data.rows[MOTOR_TORQUE].frame, data.held_out())
     give_back()

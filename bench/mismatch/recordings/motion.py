@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bench.mismatch import criteria
 from bench.mismatch.recordings.level import confirmed
 from bench.mismatch.recordings.smoothing import WINDOWS_S, local_quadratic, repaired, span_for, window
-from bench.mismatch.recordings.window import ANGLE, Rates, best_rates
+from bench.mismatch.recordings.window import ANGLE, VELOCITY, Rates, best_rates
 from bench.recording import Recording
 from bench.simulation.frame import FloatArray, Frame
 
@@ -23,6 +23,12 @@ OF_LARGEST = 0.1
 """of the largest acceleration, by which it jumps at a corner at least"""
 CRAWLS = 0.1
 """of the speed below which the bench stands, from which a motor crawls and does not stand"""
+FASTER = 10.0
+"""times the speed of standstill, from which a motion is fast"""
+SLOW = 0.02
+"""of the fastest speed, below which motion counts as standing"""
+SURELY = 4.0
+"""standard deviations of the noise of a speed, beyond which its sign is that of the motion"""
 NOTED = 0.05
 """of the samples in motion, from which it is said that they are not compared"""
 
@@ -132,9 +138,38 @@ def standstill_speed(recordings: Sequence[Recording]) -> float:
             fastest = max(fastest, abs(velocity) * ratio)
         else:
             fastest = max(fastest, _fastest(recording))
-        if fastest > 10.0 * criteria.STANDSTILL_RAD_S:
+        if fastest > FASTER * criteria.STANDSTILL_RAD_S:
             return criteria.STANDSTILL_RAD_S
-    return max(0.02 * fastest, 1e-9) if fastest > 0.0 else criteria.STANDSTILL_RAD_S
+    return max(SLOW * fastest, 1e-9) if fastest > 0.0 else criteria.STANDSTILL_RAD_S
+
+
+def resolved_speed(recording: Recording, manner: Manner) -> float:
+    """Speed in rad/s (a linear axis: m/s) below which the direction of one recording's motion is not told.
+
+    That of the folder, but for a recording in free motion that never moves ten times as fast, which is slow by intent:
+    a fiftieth of its fastest speed, where the noise of the rates, by third differences, lets that be told.
+    """
+    fastest = _fastest(recording) if manner.free else np.inf
+    if fastest > FASTER * manner.standstill:
+        return manner.standstill
+    return min(manner.standstill, max(SLOW * fastest, SURELY * _noise_of_speed(recording, manner)))
+
+
+def _noise_of_speed(recording: Recording, manner: Manner) -> float:
+    """Standard deviation of the smoothed speed in rad/s (a linear axis: m/s)."""
+    rate = float(recording.sample_rate)
+    width = window(rate, manner.smoothing)
+    if manner.source == ANGLE and "motor_angle" in recording.specs:
+        return _white(_angle(recording)) * rate * float(np.sqrt(12.0 / width**3))
+    noise = _white(recording.si("motor_velocity")) if "motor_velocity" in recording.specs else np.inf
+    return noise / float(np.sqrt(width)) if manner.source == VELOCITY else noise
+
+
+def _white(values: FloatArray) -> float:
+    """Standard deviation of what neighbours in a signal do not share; infinite of fewer than four values."""
+    thirds = np.diff(values, 3)
+    thirds = thirds[np.isfinite(thirds)]
+    return float(np.std(thirds)) / float(np.sqrt(20.0)) if thirds.size else np.inf
 
 
 def corners(acceleration: FloatArray, rate: float, span: float, free: bool = False) -> NDArray[np.bool_]:
@@ -200,17 +235,18 @@ def away_from_turns(direction: FloatArray, half: float) -> FloatArray:
     return np.where(np.cumsum(edges[:-1]) > 0, 0.0, direction)
 
 
-def slowly(frame: Frame, standstill: float) -> list[str]:
+def slowly(frame: Frame, manner: Manner) -> list[str]:
     """What is said of rows whose direction is not told though the motor turns: torques are not compared there."""
     speed = np.abs(frame.omega)
-    moving = speed > CRAWLS * standstill
+    moving = speed > CRAWLS * manner.standstill
     all_of_it = float(frame.count[moving].sum())
     share = float(frame.count[moving & (frame.direction == 0)].sum()) / all_of_it if all_of_it > 0.0 else 0.0
     if share < NOTED:
         return []
+    slow = f" ({SLOW:g} of its fastest speed in a recording that never moves {FASTER:g} times as fast)" * manner.free
     return [
-        f"in {share:.2g} of the samples in motion the motor is slower than {standstill:.2g} rad/s or turns round: which"
-        " way it turns is not told there, and what friction depends on is not compared"
+        f"in {share:.2g} of the samples in motion the motor is slower than {manner.standstill:.2g} rad/s{slow} or turns"
+        " round: which way it turns is not told there, and what friction depends on is not compared"
     ]
 
 

@@ -20,7 +20,15 @@ from bench.identification.samples.thermometer import PT100_RANGE, beyond_pt100
 from bench.mismatch import criteria
 from bench.mismatch.recordings.faulty import Faulty, stuck
 from bench.mismatch.recordings.level import kept_segments, levelled, numbered
-from bench.mismatch.recordings.motion import Manner, away_from_turns, corners, directions, passing, since_change
+from bench.mismatch.recordings.motion import (
+    Manner,
+    away_from_turns,
+    corners,
+    directions,
+    passing,
+    resolved_speed,
+    since_change,
+)
 from bench.mismatch.recordings.notch import notched
 from bench.mismatch.recordings.ripple import Ripple, ripple_of
 from bench.mismatch.recordings.runs import Runs, smoothed
@@ -207,7 +215,7 @@ def prepare(
         chosen = _quieter(q_acceleration, acceleration / ratio)
         motor_moves = None if chosen is q_acceleration else theta
         q_acceleration = chosen + shaken(q, q_rate, turning, rate, span, count_of(recording), motor_moves)
-    direction, last = directions(omega, manner.standstill)
+    direction, last = directions(omega, resolved_speed(recording, manner))
     reversal_travel, reversal_time, reversed_before = since_change(theta, time, direction, last)
     if manner.free and window(rate, span) > SHORTEST:
         direction = away_from_turns(direction, 0.5 * span * rate)

@@ -210,8 +210,8 @@ def sure_of_name(status: str, at_the_end: bool, coefficients: FloatArray, covari
 
 
 def is_a_parabola(model: ChannelModel, tested: Chosen) -> bool:
-    """Whether a named wave over the output angle is a parabola over it at the rows that are fitted, but for less than the
-    noise tells: a sine of any size is, where the angle hardly varies.
+    """Whether a named wave over the output angle is a parabola over it in the rows that are fitted, but for less than
+    the noise tells: a sine of any size is, where the angle hardly varies.
     """
     regressor, frame = tested.main.regressor, model.problem.rows.frame
     if not isinstance(regressor, Named) or regressor.variables != (ANGLE,) or regressor.point:

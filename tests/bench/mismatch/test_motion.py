@@ -1,15 +1,19 @@
 """Corners of a speed profile, and the speeds at which one bench stands and another moves."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from bench.mismatch import criteria
-from bench.mismatch.recordings.motion import Manner, away_from_turns, corners, passing, slowly
+from bench.mismatch.recordings.motion import Manner, away_from_turns, corners, passing, resolved_speed, slowly
+from bench.recording import Recording
+from tests.bench.importing import builders
 from tests.bench.mismatch.regression.synthetic import campaign
 
 RATE = 500.0
+CHANNELS = 'motor_angle = {variable = "q", unit = "rad"}\nmotor_torque = {variable = "M", unit = "N*m"}'
 
 
 def acceleration(*levels: float) -> np.ndarray:
@@ -76,6 +80,25 @@ def test_a_motor_that_crawls_is_said_to_be_left_out(crawling: int, told: bool) -
     frame = campaign(8).take(slice(0, 200))
     speed = np.repeat([2.0, 0.1, 0.0], [100 - crawling, crawling, 100])
     frame = replace(frame, velocity=speed / frame.ratio, direction=np.where(speed > 0.3, 1.0, 0.0))
-    notes = slowly(replace(frame, count=np.ones(200)), 0.3)
+    notes = slowly(replace(frame, count=np.ones(200)), Manner(0.3, 0.06, 1000.0))
     assert bool(notes) is told
     assert not told or notes[0].startswith("in 0.1 of the samples in motion the motor is slower than 0.3 rad/s")
+
+
+@pytest.mark.parametrize(
+    ("swing", "step", "limit"),
+    [(2.0, 0.0, 0.3), (0.05, 0.0, 0.02 * 0.157), (0.05, 0.004, 0.3)],
+    ids=["fast", "slow", "slow, but the encoder is coarse"],
+)
+def test_a_recording_that_is_slow_by_intent_has_a_standstill_of_its_own(
+    tmp_path: Path, swing: float, step: float, limit: float
+) -> None:
+    time = np.arange(4000) / RATE
+    angle = swing * np.sin(np.pi * time)
+    angle = step * np.round(angle / step) if step else angle
+    builders.csv(tmp_path / "a.csv", t=np.round(time, 6), q=angle, M=np.cos(np.pi * time))
+    builders.one(tmp_path, CHANNELS)
+    (path,) = (tmp_path / "out").glob("*.h5")
+    manner = Manner(criteria.STANDSTILL_RAD_S, 0.004 if step else 0.03, 1.0, free=True)
+    assert resolved_speed(Recording.open(path), manner) == pytest.approx(limit, rel=0.02)
+    assert resolved_speed(Recording.open(path), replace(manner, free=False)) == manner.standstill
