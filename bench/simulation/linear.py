@@ -40,6 +40,7 @@ _PHRASES: tuple[tuple[re.Pattern[str], str], ...] = (
 _WORDS = {
     re.compile(_word("torque")): "force",
     re.compile(_word("angle")): "position",
+    re.compile(_word("angle_about_zero")): "position_about_zero",
     re.compile(_word("inertia")): "mass",
 }
 

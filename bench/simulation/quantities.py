@@ -15,6 +15,9 @@ from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.memory import campaign_lag, limited_integral, taken_along, through, worked_up
 
 INPUT_ANGLE = "input_angle"
+ANGLE = "angle"
+ABOUT_ZERO = "angle_about_zero"
+"""names of the output angle: a revolution begins at 0, or opposite to it"""
 """the quantity over which a formula has waves of the transmission error"""
 AUXILIARY = "aux/"
 """begins the name of a quantity that is no channel of the bench"""
@@ -60,6 +63,8 @@ FILM_LOADS = (10.0, 40.0, 160.0, 640.0)
 """N·m beside the load torque that a film bears: preload of bearings and teeth, from a hundredth to most of a rated
 load
 """
+_JUMPS = 0.01
+"""of a revolution, by which less of it is run if it begins elsewhere: more than a sample of full revolutions misses"""
 _SLOWEST = 1e-4
 """rad/s: below it no film is told from none"""
 _WALTHER = (9.2033, 3.5667)
@@ -216,9 +221,21 @@ def made_of(name: str) -> tuple[str, ...]:
 
 
 def kind_of(name: str) -> str:
-    """What a quantity is alike with: the kind of a state, itself otherwise."""
+    """What a quantity is alike with: the kind of a state, the angle wherever it begins, itself otherwise."""
     state = state_of(name)
-    return name if state is None else state[0]
+    if state is None:
+        return ANGLE if name == ABOUT_ZERO else name
+    return state[0]
+
+
+def without_a_jump(name: str, frame: Frame) -> str:
+    """The name under which a quantity does not jump in a frame: a joint that swings about zero passes from 0 to 2π, and
+    a function of that would be one of two ends. Any other quantity has its own name.
+    """
+    if name != ANGLE:
+        return name
+    swing, angle = (float(np.ptp(quantity(n, frame))) if frame.size else 0.0 for n in (ABOUT_ZERO, ANGLE))
+    return ABOUT_ZERO if swing < angle * (1.0 - _JUMPS) else ANGLE
 
 
 OF_KIND: dict[str, tuple[str, ...]] = {
@@ -257,7 +274,8 @@ QUANTITIES: dict[str, Quantity] = _Known(
         "slow_warming": _above_lagged("that of the last half hour", SLOW_WARMING_S),
         "time": Quantity("time", "s", lambda f: f.time),
         "travel": Quantity("distance run", "rad", lambda f: f.travel),
-        "angle": Quantity("output angle", "rad", lambda f: np.mod(f.q, 2.0 * np.pi)),
+        ANGLE: Quantity("output angle", "rad", lambda f: np.mod(f.q, 2.0 * np.pi)),
+        ABOUT_ZERO: Quantity("output angle", "rad", lambda f: np.mod(f.q + np.pi, 2.0 * np.pi) - np.pi),
         INPUT_ANGLE: Quantity("input angle over the ratio", "rad", lambda f: np.mod(f.theta, 2.0 * np.pi)),
         "since_reversal": Quantity(
             "distance since start or reversal", "log10 rad", lambda f: np.log10(f.reversal_travel + SHORTEST_TRAVEL)

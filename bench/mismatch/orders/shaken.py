@@ -26,10 +26,12 @@ from bench.simulation.frame import FloatArray
 
 INERTIA = "motor.inertia"
 """term whose constant is the inertia: a shaft that speeds up asks it for torque, and stores energy by it"""
-PASSED = 0.9
-"""share of an acceleration that the window of the rates lets pass, from which its order is asked for the inertia: what
-is missing makes that too large by as much
+PASSED = 0.5
+"""share of an acceleration that the window of the rates lets pass, from which its order is asked for the inertia: the
+rest is made up for, and with it the noise in what passed
 """
+FINE = 1000
+"""frequencies at which the share that passes is calculated"""
 Seen = TypeVar("Seen", ShaftSpectrum, OutputSpectrum)
 
 
@@ -72,13 +74,15 @@ def without_shaking(seen: Periodicity, inertia: float) -> Periodicity:
 
 def inertia_from_orders(seen: Periodicity, rate: float, span: float, seed: int) -> float | None:
     """Inertia (kg·m²) estimated from orders of revolutions that have the inertia's part in them; None where they do not
-    tell it from nothing. The acceleration is smoothed over ``span`` s, at a sample ``rate`` in Hz: orders that are too
-    fast for that say nothing.
+    tell it from nothing. The acceleration is smoothed over ``span`` s, at a sample ``rate`` in Hz: what that takes of
+    an order is made up for, and orders that are too fast for it say nothing.
     """
     product = square = left = 0.0
     freedom = 0
     for revolutions, shaking, hertz, models, plain in _looks(seen):
-        slow = passed_by(rate, span, hertz) >= PASSED
+        passed = _passed(rate, span, hertz)
+        slow = np.all(passed >= PASSED, axis=0)
+        shaking = shaking / np.where(slow, passed, 1.0)
         for line in significant_lines(revolutions, models, seed):
             if line.model not in plain or not slow[line.order] or (plain is PLAIN and line.order in seen.followed):
                 continue
@@ -94,12 +98,18 @@ def inertia_from_orders(seen: Periodicity, rate: float, span: float, seed: int) 
     return inertia if inertia > criteria.TOLD * np.sqrt(variance) else None
 
 
+def _passed(rate: float, span: float, hertz: FloatArray) -> FloatArray:
+    """:func:`passed_by` at many frequencies, between those of a fine grid."""
+    fine = np.linspace(0.0, float(hertz.max(initial=1.0)), FINE)[1:]
+    return np.interp(hertz, fine, passed_by(rate, span, fine))
+
+
 Look = tuple[Revolutions, Complex, FloatArray, Sequence[Model], Sequence[Model]]
 
 
 def _looks(seen: Periodicity) -> list[Look]:
     """Revolutions over the shaft and over the output, the shaking in them (revolutions, orders), how fast each order is
-    where it is fastest (orders,) in Hz, the models that an order may have and those of them by which it is asked. An
+    in each (revolutions, orders) in Hz, the models that an order may have and those of them by which it is asked. An
     order that changes with the load, or as a drive's loop answers it, has what the inertia asks for in its numbers.
     """
     out: list[Look] = []
@@ -107,7 +117,7 @@ def _looks(seen: Periodicity) -> list[Look]:
     if seen.shaft:
         shaft, revolutions = shaft_revolutions(seen)
         shaking = np.array([s.shaking for s in shaft])
-        hertz = np.asarray(np.arange(shaking.shape[1]) * max(s.hertz for s in shaft), dtype=np.float64)
+        hertz = np.outer([s.hertz for s in shaft], np.arange(shaking.shape[1]))
         out.append((revolutions, shaking, hertz, SHAFT_MODELS[:3], PLAIN))
         taken = {round(n * seen.ratio) for n in range(shaking.shape[1])}
     output = [s for s in seen.output if s.shaking.size]
@@ -116,8 +126,7 @@ def _looks(seen: Periodicity) -> list[Look]:
         revolutions = output_revolutions(output, seen.folds)
         revolutions.vectors[:, [f for f in range(revolutions.vectors.shape[1]) if f in taken]] = np.nan
         shaking = np.array([s.shaking for s in output])
-        fastest = max(abs(s.velocity) for s in output) / (2.0 * np.pi)
-        hertz = np.asarray(np.arange(shaking.shape[1]) * fastest, dtype=np.float64)
+        hertz = np.outer([abs(s.velocity) / (2.0 * np.pi) for s in output], np.arange(shaking.shape[1]))
         out.append((revolutions, shaking, hertz, OUTPUT_MODELS, OUTPUT_MODELS))
     return out
 

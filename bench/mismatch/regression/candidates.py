@@ -17,7 +17,18 @@ from bench.mismatch.regression.knots import KNOTS, close_knots, ends, is_constan
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor, by_definition
 from bench.mismatch.regression.spells import SPELLS, spells
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.quantities import FACTOR_OF, FILM, OF_KIND, QUANTITIES, READ, WORKED, quantity
+from bench.simulation.quantities import (
+    ABOUT_ZERO,
+    ANGLE,
+    FACTOR_OF,
+    FILM,
+    OF_KIND,
+    QUANTITIES,
+    READ,
+    WORKED,
+    quantity,
+    without_a_jump,
+)
 from bench.simulation.tables import Grid, hats
 from bench.simulation.terms import (
     LIBRARY,
@@ -48,7 +59,7 @@ KNOTS_OF_SEVERAL = {2: ((5, 5), (9, 3), (3, 9)), 3: ((4, 4, 4),)}
 """knots of each quantity in functions of two, and of three: alike, or close in one and coarse in the other"""
 EACH_KNOT = 3
 """recordings to each knot of a function of time, at least: a drift goes through several"""
-_STRAIGHT = ("angle", "time", "elapsed", "load", "torque", "temperature")
+_STRAIGHT = (ANGLE, ABOUT_ZERO, "time", "elapsed", "load", "torque", "temperature")
 """quantities of which a straight line is tried as well: fewer numbers than a table"""
 
 # functions of one quantity: (quantity, factors of the tables that stand together)
@@ -277,7 +288,8 @@ def free_candidates(channel: str, frame: Frame, straight: bool = False, states: 
     if any(is_constant(quantity(name, frame)) for name in ("torque", "temperature")):
         # without a load, or at a temperature that nothing measured, it is a function of the speed
         further = tuple((name, factors) for name, factors in further if name not in OF_KIND[FILM])
-    for name, factors in (*_ONE[channel], *further):
+    for each_name, factors in (*_ONE[channel], *further):
+        name = without_a_jump(each_name, frame)
         if name == "time" and timeless:
             continue
         # denser than the recordings, a function of time only says which recording it is
@@ -367,7 +379,8 @@ def shape_of(channel: str, regressor: Regressor, frame: Frame, number: int = KNO
     """The function by which nature's form of an effect may differ from a name's; None where it has none."""
     grids = []
     form = regressor.form if isinstance(regressor, Named) else None
-    for name, times in LIBRARY[regressor.effect].shape_of(channel, form):
+    for each_name, times in LIBRARY[regressor.effect].shape_of(channel, form):
+        name = without_a_jump(each_name, frame)
         knots = knots_of(quantity(name, frame), number)
         if knots is not None:
             grids.append(Grid((name,), times, (knots,)))

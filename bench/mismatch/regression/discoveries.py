@@ -26,10 +26,8 @@ from bench.mismatch.regression.slots import Contender, Slot
 from bench.mismatch.regression.spells import spell_of
 from bench.mismatch.regression.state import Search
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.quantities import QUANTITIES, factor
+from bench.simulation.quantities import ANGLE, QUANTITIES, factor, kind_of
 
-ANGLE = "angle"
-"""name of the output angle among the quantities"""
 MODULATES = ("1", "last_d", "load_motor", "tau", "w")
 """factors that a function of the output angle may be multiplied with"""
 WAVE = "m"
@@ -124,7 +122,7 @@ def _over_angle(
     if isinstance(regressor, Named):
         symbols = [s.symbol for s in regressor.form.nonlinear]
         return (), tuple(v for name, v in zip(symbols, regressor.point, strict=True) if name == WAVE)
-    if regressor.variables != (ANGLE,):
+    if tuple(map(kind_of, regressor.variables)) != (ANGLE,):
         return (), ()
     angle = QUANTITIES[ANGLE].values(frame)
     by = [factor(times, frame) for times in MODULATES]

@@ -13,12 +13,12 @@ from bench.mismatch.regression.model import ChannelModel, Chosen, unrefined
 from bench.mismatch.regression.regressors import Regressor, kinds
 from bench.mismatch.regression.state import Search
 from bench.simulation.frame import FloatArray
-from bench.simulation.quantities import REMEMBERED, made_of
+from bench.simulation.quantities import ABOUT_ZERO, ANGLE, REMEMBERED, made_of
 
 KINDS: dict[str, frozenset[str]] = {
     "load": frozenset({"torque", "load", "load_motor_torque", "torque_rate", "torque_path"}),
     "speed": frozenset({"speed", "velocity", "speeding_up", "acceleration", "order_frequency"}),
-    "angle": frozenset({"angle"}),
+    "angle": frozenset({ANGLE, ABOUT_ZERO}),
     "course": frozenset(
         {
             "temperature",

@@ -303,7 +303,7 @@ def unit_of(name: str) -> str:
 
 def by_definition(channel: str, name: str, factors: tuple[str, ...]) -> str:
     """The effect that any function of a quantity ``name``, times these factors, is, where one is defined so."""
-    wanted = {(name, times) for times in factors}
+    wanted = {(kind_of(name), times) for times in factors}
     for term in LIBRARY.values():
         shapes = set(term.shape.get(channel, ()))
         # a function that is the same in both directions is one in each

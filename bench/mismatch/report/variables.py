@@ -9,7 +9,7 @@ import numpy as np
 
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.linear import in_metres
-from bench.simulation.quantities import QUANTITIES, REMEMBERED, SHORTEST_TRAVEL, quantity, state_of
+from bench.simulation.quantities import ABOUT_ZERO, QUANTITIES, REMEMBERED, SHORTEST_TRAVEL, quantity, state_of
 
 VELOCITY, TORQUE, TEMPERATURE, TIME, ANGLE = "velocity", "load_torque", "temperature", "time", "angle"
 RANGES = (VELOCITY, TORQUE, TEMPERATURE)
@@ -64,6 +64,7 @@ VARIABLES: dict[str, Variable] = {
     "time": Variable(TIME, "time since the campaign began / h", lambda f: f.time / SECONDS_AN_HOUR),
     "travel": Variable(TIME, "distance run / revolutions", lambda f: f.travel / (2.0 * np.pi)),
     "angle": Variable(ANGLE, "output angle / deg", lambda f: _degrees(np.mod(f.theta, 2.0 * np.pi))),
+    ABOUT_ZERO: Variable(ANGLE, "output angle / deg", lambda f: _degrees(quantity(ABOUT_ZERO, f))),
     "since_reversal": Variable(
         "",
         "distance since start or reversal / deg",
@@ -91,6 +92,7 @@ LINEAR: dict[str, Variable] = {
     "direction": Variable("", "velocity / (mm/s)", lambda f: _MM_S * f.velocity),
     "travel": Variable(TIME, "distance run / m", lambda f: f.travel),
     "angle": Variable(ANGLE, "position / m", lambda f: f.theta),
+    ABOUT_ZERO: Variable(ANGLE, "position / m", lambda f: f.theta),
     "since_reversal": Variable(
         "",
         "distance since start or reversal / m",

@@ -183,10 +183,25 @@ def test_an_inertia_is_not_told_where_the_shaking_is_the_same_always() -> None:
 
 
 def test_an_order_too_fast_for_the_window_of_the_rates_says_nothing_of_the_inertia() -> None:
-    """The window takes part of the shaking: the inertia would come out too large by as much."""
     given = shaken_by_its_ripple(0.8)
-    fast = replace(given, shaft=[replace(s, hertz=60.0 / HIGH) for s in given.shaft])
+    fast = replace(given, shaft=[replace(s, hertz=150.0 / HIGH) for s in given.shaft])
+    assert passed_by(RATE, SPAN, np.array([150.0]))[0] < 0.4
     assert inertia_from_orders(fast, RATE, SPAN, 0) is None
+
+
+def test_what_the_window_of_the_rates_takes_of_the_shaking_is_made_up_for() -> None:
+    """Else the inertia would come out too large by as much."""
+    given = shaken_by_its_ripple(0.8)
+    hertz = [60.0 / HIGH * (0.5 if k % 2 else 1.0) for k in range(30)]
+    shares = passed_by(RATE, SPAN, HIGH * np.array(hertz))
+    assert shares.min() < 0.9
+    shaft = [
+        replace(s, hertz=f, shaking=s.shaking * share) for s, f, share in zip(given.shaft, hertz, shares, strict=True)
+    ]
+    assert inertia_from_orders(replace(given, shaft=shaft), RATE, SPAN, 0) == pytest.approx(INERTIA, rel=0.1)
+
+
+def test_the_share_that_the_window_of_the_rates_lets_pass() -> None:
     hertz = np.array([1.0, 20.0, 60.0])
     for span in (0.015, 0.03):
         time = np.arange(0.0, 4.0, 1.0 / RATE)
