@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,11 @@ GAP = 10.0
 _JITTER = 0.25
 """Share of a usual step by which stamps may be off an even clock and still be taken as they are."""
 _WHOLE = 0.05
+_SMOOTHER = 0.9
+"""Share of its roughness over an even clock that a signal has left over its stamps, up to which these say when it was
+sampled: by chance thousands of samples differ by a few per cent."""
+_ASKED = 100_000
+"""Samples that are asked for it."""
 _HOUR = 3600.0
 _MANY = 0.2
 _SHAKEN = 0.2
@@ -52,10 +57,12 @@ def why_not_in_order(time: FloatArray, location: Location) -> str | None:
 
 @dataclass(frozen=True, slots=True)
 class Evenness:
-    """How even a clock is: usual ``step`` in s; ``even`` (lost samples allowed); ``gaps`` indices after a gap."""
+    """How even a clock is: usual ``step`` in s; ``even`` (lost samples allowed), and whether it ``shakes``
+    nevertheless by more than rounding; ``gaps`` indices after a gap."""
 
     step: float
     even: bool
+    shakes: bool
     gaps: NDArray[np.int64]
     shortest: float
     longest: float
@@ -72,10 +79,11 @@ def evenness(time: FloatArray) -> Evenness:
     # samples that were lost leave whole numbers of steps, which is no unevenness
     off = np.abs(inside / usual - np.maximum(np.round(inside / usual), 1.0))
     drift = np.abs(_drift(time, usual))
-    even = bool(off.size == 0 or np.max(off) <= _WHOLE or (np.max(off) <= _JITTER and np.max(drift) <= _JITTER))
+    shakes = bool(off.size and np.max(off) > _WHOLE)
+    even = not shakes or bool(np.max(off) <= _JITTER and np.max(drift) <= _JITTER)
     mean = float(inside.mean()) if inside.size else usual
     mean = mean if abs(mean / usual - 1.0) < _SHAKEN else usual
-    return Evenness(usual, even, gaps, float(steps.min()), float(inside.max()) if inside.size else usual, mean)
+    return Evenness(usual, even, shakes, gaps, float(steps.min()), float(inside.max()) if inside.size else usual, mean)
 
 
 def _drift(time: FloatArray, usual: float) -> FloatArray:
@@ -83,6 +91,28 @@ def _drift(time: FloatArray, usual: float) -> FloatArray:
     index = np.arange(time.size)
     slope, start = np.polyfit(index, time - time[0], 1)
     return np.asarray((time - time[0] - start - slope * index) / usual)
+
+
+def sampled_when_stamped(time: FloatArray, signals: Iterable[FloatArray]) -> bool:
+    """Whether stamps that shake say when each sample was taken, and not only when it was written down: signals that
+    move are smoother over them than over an even clock. By what a parabola through three samples misses of the next.
+    """
+    even = np.arange(time.size, dtype=np.float64)
+    both = [(_roughness(even, s), _roughness(time, s)) for s in signals if np.isfinite(s).all() and np.ptp(s) > 0.0]
+    return bool(both) and all(over_stamps < _SMOOTHER * over_even for over_even, over_stamps in both)
+
+
+def _roughness(time: FloatArray, signal: FloatArray) -> float:
+    """Root mean square of a signal's third divided differences, over what white noise of size one has."""
+    time, signal = time[:_ASKED], signal[:_ASKED]
+    if time.size < 4:
+        return 0.0
+    at = np.lib.stride_tricks.sliding_window_view(time, 4)
+    apart = at[:, :, None] - at[:, None, :]
+    apart[:, range(4), range(4)] = 1.0
+    weights = 1.0 / np.prod(apart, axis=2)
+    missed = np.sum(weights * np.lib.stride_tricks.sliding_window_view(signal, 4), axis=1)
+    return float(np.sqrt(np.mean(missed**2 / np.sum(weights**2, axis=1))))
 
 
 def gap_sentence(time: FloatArray, found: Evenness, location: Location) -> str:

@@ -28,6 +28,7 @@ from bench.importing.stamps import (
     gap_sentence,
     in_order,
     refuse_uneven,
+    sampled_when_stamped,
     why_not_in_order,
 )
 from bench.signals import BY_NAME
@@ -36,9 +37,13 @@ _WORDS = ("word", "count")
 ONE_MORE = 1
 """samples that channels of a file may have more than others: a state is logged once more after its last input"""
 _LEAST_ROWS = 2
+_MOVES = ("motor_angle", "load_angle", "motor_velocity")
+"""Channels that a motion makes smooth."""
 _MOST_LEFT_OUT = 0.5
 """Share of the rows of a file that ``invalid_rows = 'drop'`` leaves out at most: where most rows are bad, a wrong
 column or rows in another order than that of time are likelier, and what is left tells little of the file."""
+_DIGITS = 3
+"""Digits of the rate of a clock that shakes."""
 _OTHER_RATE = 0.02
 """Share by which a stated rate may be off the stamps' own and still be the same: stamps are rounded."""
 
@@ -256,16 +261,20 @@ def _regular(table: ChannelTable, mapping: Mapping, file: Path) -> None:
     ):
         _at_rate_asked_for(table, found.step, wanted, mapping.irregular == "refuse", file)
         return
-    if found.even or mapping.irregular == "keep":
+    moved = [table.channels[name].si for name in _MOVES if name in table.channels]
+    by_stamps = found.even and found.shakes and mapping.irregular == "resample" and sampled_when_stamped(time, moved)
+    if (found.even and not by_stamps) or mapping.irregular == "keep":
         if not found.even:
             table.notes.append(f"steps of time differ ({found.shortest:g} to {found.longest:g} s) and were kept so")
         return
     if mapping.irregular == "refuse":
         raise refuse_uneven(found, str(file))
-    _resample(table, 1.0 / wanted if wanted else found.mean)
+    # files of one logger are brought onto one clock, though their stamps are rounded
+    rate = wanted or float(f"{1.0 / found.mean:.{_DIGITS}g}")
+    _resample(table, 1.0 / rate)
     table.notes.append(
         f"steps of time differ ({found.shortest:g} to {found.longest:g} s): all channels were brought onto an even "
-        f"clock of {1 / found.mean if wanted is None else wanted:g} Hz by straight lines"
+        f"clock of {rate:g} Hz by straight lines"
     )
 
 

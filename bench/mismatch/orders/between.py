@@ -81,7 +81,7 @@ def search_between(
     lowest = 1.0 / min(t.revolutions for t in whole.revolutions)
     grid = np.arange(HIGHEST_BETWEEN * PARTS + 1) / PARTS
     shape = whole.shape[np.round(grid).astype(np.int64)]
-    usable = (grid > lowest) & (np.round(grid) != grid)
+    usable = (grid > lowest) & (grid < whole.highest) & (np.round(grid) != grid)
     # from each part of an order to the nearest fitted one
     off = np.min(np.abs(np.subtract.outer(grid, np.asarray(fitted))), axis=1, initial=np.inf)
     usable &= off > NEXT

@@ -107,6 +107,7 @@ def search(
     # an order between the whole ones takes none of them away
     whole = [round(f) for f in fitted if f < usable.size - 0.5 and abs(f - round(f)) <= 0.5 / PARTS]
     usable[[0, *whole]] = False
+    usable[int(stage.highest) + 1 :] = False
     gain, which = stage.gains(stage.vectors)
     # what is strong leaks into its neighbours until it has been fitted: only summits are taken in one round
     gain = np.where(usable, gain, -np.inf)
@@ -158,6 +159,14 @@ class Stage:
         shape = np.median(sigma, axis=0)
         scale = np.median(sigma / shape, axis=1)
         return cls(trained, seen.left[train] / scale[:, None], scale, shape)
+
+    @property
+    def highest(self) -> float:
+        """Order beyond which each is folded onto a lower one in all revolutions: half the rows of a revolution, where
+        they are closest.
+        """
+        turned = (max(abs(t.velocity) * t.duration, 1e-12) / (2.0 * np.pi) for t in self.revolutions)
+        return 0.5 * max((t.rows.stop - t.rows.start) / by for t, by in zip(self.revolutions, turned, strict=True))
 
     def shape_at(self, order: float) -> float:
         """Shape of the noise at an order."""
