@@ -30,7 +30,9 @@ _NAMES: dict[str, str] = {
     "°F": "degF",
     "°K": "K",
     "°": "degree",
-    "Grad": "degree",
+    "GradC": "degC",
+    "Grad C": "degC",
+    "Grad Celsius": "degC",
     "Deg": "degree",
     "Ohm": "ohm",
     "g": "gram",
@@ -38,6 +40,17 @@ _NAMES: dict[str, str] = {
     "Hz": "Hz",
 }
 """Spellings that pint does not know, or takes for something else."""
+_GERMAN: dict[str, tuple[str, ...]] = {
+    "degree": ("grad",),  # pint takes "grad" for gon and "Grad" for a thousand million rad
+    "revolution": ("umdrehungen", "umdrehung", "umdr"),
+    "count": ("inkremente", "inkrement", "inkr"),
+    "s": ("sekunden", "sekunde", "sek"),
+    "ms": ("millisekunden", "millisekunde"),
+    "min": ("minuten", "minute"),
+}
+"""German words by what pint calls them, in small letters; they are read in any case."""
+_GERMAN_WORDS = {word: unit for unit, words in _GERMAN.items() for word in words}
+_GERMAN_WORD = re.compile(rf"\b({'|'.join(_GERMAN_WORDS)})\b\.?", re.IGNORECASE)
 
 _SI: tuple[str, ...] = (
     "rad", "rad/s", "rad/s**2", "m", "m/s", "m/s**2", "s", "N", "N*m", "kg", "A", "V", "W", "Pa", "Hz", "ohm", "T",
@@ -53,17 +66,58 @@ _BRACKETS = re.compile(
 )
 PERCENT = "%"
 """of something that the file does not hold, such as the rated torque"""
-_SUFFIXES = {
-    **dict.fromkeys(("rad_s", "rads", "rad_per_s", "rad_per_sec"), "rad/s"),
-    **dict.fromkeys(("deg_s", "deg_per_s", "deg_per_sec"), "deg/s"),
-    **dict.fromkeys(("m_s", "m_per_s"), "m/s"),
-    **dict.fromkeys(("mm_s", "mm_per_s"), "mm/s"),
-    "rps": "rev/s",
+_SYMBOLS = {
+    **{unit: unit for unit in ("deg", "rad", "rpm", "Nm", "N", "kN", "MN", "A", "mA", "V", "s", "ms", "us", "degC")},
+    **{unit: unit for unit in ("um", "mm", "cm", "m", "counts")},
     "C": "degC",
 }
-"""units at the end of a name, as they are written there"""
-_PLAIN = ("deg", "rad", "rpm", "Nm", "N", "kN", "MN", "A", "mA", "V", "s", "ms", "us", "mm", "m", "degC", "counts")
-_SUFFIX = re.compile(rf"^(?P<name>.+?)_(?P<unit>{'|'.join((*_SUFFIXES, *_PLAIN))})$")
+"""units at the end of a name that are told apart by small and capital letters"""
+_AT_THE_END: dict[str, tuple[str, ...]] = {
+    "deg": ("deg", "degrees", "grad"),
+    "rad": ("rad", "radians"),
+    "rev": ("revs", "turns", "revolutions", "umdr", "umdrehungen"),
+    "counts": ("counts", "ticks", "increments", "inkr", "inkremente"),
+    "s": ("sec", "seconds", "sek", "sekunden"),
+    "ms": ("msec", "milliseconds", "millisekunden"),
+    "degC": ("degc", "gradc", "grad_c", "celsius", "grad_celsius"),
+    "rpm": ("rpm", "upm", "umin", "u_min", "u/min", "1_min", "1/min", "r_min"),
+    "deg/s": ("degs", "degps", "dps"),
+    "rad/s": ("rads", "radps"),
+    "rev/s": ("rps", "revps"),
+    "m/s": ("mps",),
+    "mm/s": ("mmps",),
+}
+"""units as words at the end of a name, in small letters; they are read in any case"""
+_OF_WAY: dict[str, tuple[str, ...]] = {
+    "deg": ("deg", "degree", "degrees", "grad"),
+    "rad": ("rad", "radian", "radians"),
+    "rev": ("rev", "revs", "turn", "turns", "revolutions", "umdr", "umdrehungen"),
+    "counts": ("counts", "cts", "inc", "increments", "ticks", "inkr", "inkremente"),
+    "m": ("m",),
+    "cm": ("cm",),
+    "mm": ("mm",),
+    "um": ("um",),
+}
+_OF_TIME: dict[str, tuple[str, ...]] = {
+    "s": ("s", "sec", "second", "sek", "sekunde"),
+    "min": ("min", "minute"),
+}
+_PER = ("_", "/", "_per_", "_pro_", "per")
+_WORDS = {
+    **{
+        f"{way}{per}{time}": f"{unit}/{duration}"
+        for unit, ways in _OF_WAY.items()
+        for duration, times in _OF_TIME.items()
+        for way in ways
+        for per in _PER
+        for time in times
+    },
+    **{word: unit for unit, words in _AT_THE_END.items() for word in words},
+}
+_SUFFIX = re.compile(
+    rf"^(?P<name>.+?)_(?:(?P<symbol>{'|'.join(_SYMBOLS)})|(?P<word>(?i:{'|'.join(map(re.escape, _WORDS))})))$"
+)
+"""the longest unit at the end of a name: a speed in ``turns_s`` is in no seconds"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +146,7 @@ def _pint_spelling(name: str) -> str:
     text = re.sub(r"(?<![A-Za-zµ°])(da|[mkMGµucd]?)N[ -]?([cm]?)m(?=s?(?![A-Za-z]))", r"\1N*\2m", text)
     text = re.sub(r"(?<=N\*m)s(?![A-Za-z])", "*s", text)
     text = re.sub(r"°(?![CFK])", "degree", text)
+    text = re.sub(r"\s+pro\s+", "/", _GERMAN_WORD.sub(lambda match: _GERMAN_WORDS[match[1].lower()], text))
     text = text.replace("°C", "degC").replace("°F", "degF").replace("°K", "K")
     return re.sub(r"\bU(?=/)", "revolution", text)
 
@@ -128,7 +183,9 @@ def is_unit(name: str) -> bool:
 
 
 def split_unit(heading: str) -> tuple[str, str]:
-    """Split a heading such as ``Torque [N·m]``, ``speed (rpm)`` or ``angle / deg`` into name and unit ("": none)."""
+    """Split a heading such as ``Torque [N·m]``, ``speed (rpm)``, ``angle / deg`` or ``vel_deg_s`` into name and unit;
+    the unit is empty where there is none.
+    """
     match = _BRACKETS.match(heading)
     if match:
         unit = next((group for group in match.group("a", "b", "c", "d") if group is not None), "").strip()
@@ -138,7 +195,7 @@ def split_unit(heading: str) -> tuple[str, str]:
             return match["name"], unit
     match = _SUFFIX.match(heading)
     if match:
-        return match["name"], _SUFFIXES.get(match["unit"], match["unit"])
+        return match["name"], _SYMBOLS[match["symbol"]] if match["symbol"] else _WORDS[match["word"].lower()]
     return heading, ""
 
 

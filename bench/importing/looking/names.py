@@ -15,16 +15,17 @@ _BY_UNIT = {
     "s": "time", "rad": "angle", "m": "angle", "rad/s": "velocity", "m/s": "velocity", "N·m": "torque", "N": "torque",
     "°C": "temperature", "A": "current", "Hz": "velocity",
 }  # fmt: skip
-_COUNTED = re.compile(r"count|inc|tick|cts|cnt")
-_ENCODER = re.compile(r"enc")
+_COUNTED = re.compile(r"count|inc|inkr|tick|cts|cnt")
+_ENCODER = re.compile(r"enc|drehgeber|winkelgeber|lagegeber")
 COUNTS = 1000.0
 """least range of whole numbers that are taken for counts: an encoder has more of them, whole degrees are fewer"""
 _MEASURED = re.compile(r"meas|actual|_act\d*$|feedback|_fb\d*$|^ist_|_ist\d*$")
 _HUMP = re.compile(r"(?<=[a-z])(?=[A-Z])")
 _LOAD = re.compile(
-    r"load|last|abtr|_ab$|output|_out|^out|link|joint|arm_|secondary|sensor|messwelle|flange|brake|bremse"
+    r"load|last|abtr|_ab$|output|_out|^out|ausgang|link|joint|gelenk|arm_|secondary|sensor|messwelle|flange|flansch"
+    r"|brake|bremse"
 )
-_MOTOR = re.compile(r"mot|antr|_an$|input|drive|primary|shaft_1")
+_MOTOR = re.compile(r"mot|antr|_an$|input|eingang|drive|primary|shaft_1")
 _AMBIENT = re.compile(r"amb|room|umgeb|air|luft|raum")
 _UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ß": "ss"})
 _BRAKE = re.compile(r"brake|bremse|load_?mot|last_?mot")
@@ -62,6 +63,7 @@ def meaning(column: Column) -> Meaning:
     # posDes is pos_des
     words = _HUMP.sub("_", bare.rsplit("/", 1)[-1].strip()).lower().replace(" ", "_")
     by_name = quantity_of(name)
+    unit = _of_quantity(unit, by_name)
     by_unit = "time" if column.stamps else _by_unit(unit)
     named_so = _COUNTED.search(name) or (_ENCODER.search(name) and may_be_counts(column))
     counted = bool(_COUNTED.search(unit.lower()) or (not unit and named_so))
@@ -86,6 +88,15 @@ def meaning(column: Column) -> Meaning:
         bool(_LOAD.search(name) or _MOTOR.search(name)),
         bool(_MEASURED.search(words)),
     )
+
+
+def _of_quantity(unit: str, by_name: str) -> str:
+    """The unit of a quantity, where that of its column is of another one: degrees of a temperature are those of
+    Celsius, and what ends with a second is a rate of something if it is a speed.
+    """
+    if by_name == "temperature" and _by_unit(unit) == "angle":
+        return "degC"
+    return "" if by_name == "velocity" and _by_unit(unit) == "time" else unit
 
 
 def may_be_counts(column: Column) -> bool:

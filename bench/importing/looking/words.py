@@ -6,14 +6,15 @@ import re
 
 _QUANTITIES: tuple[tuple[str, str], ...] = (
     ("time", r"^t$|time|zeit|stamp|^date|datum|^x_value$|sekunden|seconds"),
-    ("velocity", r"vel|speed|omega|drehzahl|rpm|geschw|^n$|^n_|^w$|^w_|^v$|^qd\d*$|^dq\d*$|qdot|thetadot"),
+    ("velocity", r"vel|speed|omega|drehz|rpm|upm|u_min|geschw|^n$|^n_|^w$|^w_|^v$|^qd\d*$|^dq\d*$|qdot|thetadot"),
     ("current", r"curr(?!ent_?(pos|ang|vel|speed|torq|temp|time))|^cur\d*$|_cur\d*$|strom|^i$|^i_|_i$|^iq|ampere"),
     ("torque", r"torq|trq|moment|^m$|^m_(?!enc|pos|ang)|tau|force|kraft|^f$|^f_|^tq|^mot_?m$"),
-    ("torque", r"^(?!.*(contr|ctrl)).*effort"),
+    ("torque", r"^(?!.*(contr|ctrl)).*effort|^(j(oint)?_?\d*_)?eff_?\d*$"),
     ("temperature", r"temp|thermo|pt100|^t_?oil|^t_?oel"),
     (
         "angle",
-        r"pos|angle|winkel|theta|phi|lage|enc|(^|_)ang(_|$)|^q\d*$|^q_|^qm$|weg|displ|^x$|stroke|count|rotat",
+        r"pos|angle|winkel|theta|phi|lage|enc|(^|_)ang(_|$)|^q\d*$|^q_|^qm$|weg|displ|^x$|stroke|count|rotat"
+        r"|umdreh|inkr|geber|(^|_)stellung|(^|_)hub(_|$)",
     ),
 )
 """Quantities by what their names look like, the likelier first. A "current position" is the present one."""

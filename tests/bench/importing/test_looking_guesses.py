@@ -169,3 +169,35 @@ def test_an_angle_that_goes_to_and_fro_beside_a_speed_of_one_sign_is_not_its_sha
         content = tomllib.loads(draft(take_inventory(tmp_path / "a.csv"), tmp_path / "map.toml").text())
         assert ("motor_angle" in content["channels"]) == taken
         assert content["channels"]["motor_velocity"]["variable"] == "N_VM [1/min]"
+
+
+def test_german_words_and_units_are_known_as_the_english_ones_are(tmp_path: Path) -> None:
+    made = _draft(
+        tmp_path,
+        Motor_Inkremente=np.round(_Q * 1000).astype(np.int64),
+        Abtrieb_Grad=np.degrees(_Q) / 50,
+        Antriebsdrehzahl_U_min=_SPEED * 30 / np.pi,
+        Drehmoment_Nm=np.cos(_T),
+        Oeltemperatur_Grad=40 + _T,
+        Strom_A=np.sin(_T),
+    )
+    channels = _content(made)["channels"]
+    taken = {name: (table["variable"], table["unit"]) for name, table in channels.items()}
+    assert taken == {
+        "time": ("t [s]", "s"),
+        "motor_angle": ("Motor_Inkremente", "counts"),
+        "load_angle": ("Abtrieb_Grad", "deg"),
+        "motor_velocity": ("Antriebsdrehzahl_U_min", "rpm"),
+        "motor_torque": ("Drehmoment_Nm", "Nm"),
+        "temperature": ("Oeltemperatur_Grad", "degC"),
+    }
+
+
+def test_a_speed_in_turns_per_second_is_one_and_is_in_no_seconds(tmp_path: Path) -> None:
+    made = _draft(tmp_path, motor_position_turns=_Q / (2 * np.pi), motor_velocity_turns_s=_SPEED / (2 * np.pi))
+    channels = _content(made)["channels"]
+    assert channels["motor_angle"] == {"variable": "motor_position_turns", "unit": "rev"}
+    assert channels["motor_velocity"] == {"variable": "motor_velocity_turns_s", "unit": "rev/s"}
+    # a rate of what nobody knows
+    made = _draft(tmp_path, motor_position_turns=_Q / (2 * np.pi), motor_velocity_cranks_s=_SPEED)
+    assert _content(made)["channels"]["motor_velocity"]["unit"] == "?"

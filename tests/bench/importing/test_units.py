@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from bench.errors import ConfigurationError
-from bench.importing.units import is_unit, unit_of
+from bench.importing.units import is_unit, split_unit, unit_of
 
 
 @pytest.mark.parametrize(
@@ -24,6 +26,13 @@ from bench.importing.units import is_unit, unit_of
         ("N.m.s/rad", "N·m·s/rad", 1.0),
         ("Nms/rad", "N·m·s/rad", 1.0),
         ("min-1", "rad/s", 0.10471975511965977),
+        ("Grad", "rad", math.pi / 180.0),
+        ("grad", "rad", math.pi / 180.0),
+        ("Grad/s", "rad/s", math.pi / 180.0),
+        ("Umdr./min", "rad/s", math.pi / 30.0),
+        ("Umdrehungen pro Minute", "rad/s", math.pi / 30.0),
+        ("Inkremente", "1", 1.0),
+        ("Millisekunden", "s", 1e-3),
     ],
 )
 def test_spellings_of_loggers_modelica_and_fmi(written: str, si: str, factor: float) -> None:
@@ -46,3 +55,28 @@ def test_a_speed_that_was_written_as_a_product_is_said_to_be_one() -> None:
         unit_of("rad.s", "x", "rad/s")
     with pytest.raises(ConfigurationError, match=r"becomes 'rad/s'\.$"):
         unit_of("N*m", "x", "rad/s")
+
+
+@pytest.mark.parametrize(
+    ("heading", "name", "unit"),
+    [
+        ("motor_velocity_turns_s", "motor_velocity", "rev/s"),
+        ("J2_vel_degs", "J2_vel", "deg/s"),
+        ("J2_vel_deg/s", "J2_vel", "deg/s"),
+        ("vel_rad_per_sec", "vel", "rad/s"),
+        ("vel_counts_s", "vel", "counts/s"),
+        ("feed_mm_min", "feed", "mm/min"),
+        ("Motor_Inkremente", "Motor", "counts"),
+        ("Abtrieb_Grad", "Abtrieb", "deg"),
+        ("Drehzahl_U_min", "Drehzahl", "rpm"),
+        ("Motor_Umdrehungen", "Motor", "rev"),
+        ("Winkel_Grad_pro_Sekunde", "Winkel", "deg/s"),
+        ("Zeit_Sek", "Zeit", "s"),
+        ("POS_DEG", "POS", "deg"),
+        ("force_N", "force", "N"),
+        ("torque_n", "torque_n", ""),
+        ("gradient", "gradient", ""),
+    ],
+)
+def test_a_unit_at_the_end_of_a_name(heading: str, name: str, unit: str) -> None:
+    assert split_unit(heading) == (name, unit)
