@@ -14,6 +14,7 @@ from bench.importing.files import Files
 from bench.importing.fill import filled
 from bench.importing.formats import Source
 from bench.importing.units import PERCENT, Unit, product_unit, quantity, unit_of
+from bench.importing.wraps import jumps_of
 from bench.recording.header import ChannelSpec
 from bench.signals import BY_NAME
 
@@ -31,13 +32,15 @@ _NEEDED = {
 class Channel:
     """Raw values (N,) and what they are; ``source`` is the file they stand in.
 
-    ``filled``: indices in the file of samples that held a fill value; they are NaN here.
+    ``filled``: indices in the file of samples that held a fill value; they are NaN here. ``doubts``: sentences of what
+    of its mapping cannot be.
     """
 
     raw: NDArray[Any]
     spec: ChannelSpec
     source: Source
     filled: tuple[int, ...] = ()
+    doubts: tuple[str, ...] = ()
 
     @property
     def si(self) -> NDArray[np.float64]:
@@ -90,7 +93,11 @@ def read_channel(name: str, wanted: ChannelMapping, files: Files, where: str, li
     first = read[0]
     if len(read) > 1:
         first = first.with_si(np.sum([channel.si for channel in read], axis=0))
-        first = replace(first, filled=tuple(sorted({index for channel in read for index in channel.filled})))
+        first = replace(
+            first,
+            filled=tuple(sorted({index for channel in read for index in channel.filled})),
+            doubts=tuple(doubt for channel in read for doubt in channel.doubts),
+        )
     origin = " + ".join(channel.spec.origin for channel in read)
     return replace(first, spec=replace(first.spec, description=description, origin=origin))
 
@@ -122,6 +129,7 @@ def _part(name: str, part: PartMapping, files: Files, where: str, linear: bool |
         raw = _signed(raw, part.signed_bits, where)
     if part.sign_bit is not None:
         raw = _of_sign_and_size(raw, part.sign_bit, where)
+    as_written = raw
     if part.wraps_at is not None:
         raw = _unwrapped(raw, part.wraps_at)
     number, text = _conversion(part, where, linear)
@@ -139,7 +147,9 @@ def _part(name: str, part: PartMapping, files: Files, where: str, linear: bool |
         offset=offset * number * unit.factor + unit.offset,
         origin=f"{files.path(part.file).name}/{place}" if part.value is None else f"{part.value:g} {part.unit}",
     )
-    channel = Channel(raw.astype(spec.dtype, copy=False), spec, source, tuple(lost.tolist()))
+    doubt = None if part.wraps_at is None else _uneven(as_written, raw, part.wraps_at, spec, source, where)
+    doubts = () if doubt is None else (doubt,)
+    channel = Channel(raw.astype(spec.dtype, copy=False), spec, source, tuple(lost.tolist()), doubts)
     for other in part.times:
         by = source.read(other)
         if by.size not in (1, raw.size) or by.dtype.kind not in "iuf":
@@ -233,6 +243,29 @@ def _unwrapped(raw: NDArray[Any], period: float) -> NDArray[Any]:
     if raw.dtype.kind in "iu":
         return np.unwrap(raw.astype(np.int64), period=int(period))
     return np.unwrap(raw, period=period)
+
+
+def _uneven(
+    raw: NDArray[Any], unwrapped: NDArray[Any], period: float, spec: ChannelSpec, source: Source, where: str
+) -> str | None:
+    """Say that the motion does not go on evenly where a value starts again; None where it does."""
+    jumps = jumps_of(raw.astype(np.float64))
+    if jumps is None:
+        return None
+    went = np.diff(unwrapped.astype(np.float64))[jumps.rows]
+    if jumps.go_on(went):
+        return None
+    uneven = np.flatnonzero(~jumps.even(went))
+    first = int(uneven[0])
+    beside = max(jumps.low[first], jumps.high[first], key=abs)
+    right = jumps.period()
+    mend = "the value at which it starts again" if right is None else f"{right:.12g}"
+    place = source.location(int(jumps.rows[first]) + 1)
+    return (
+        f"{where}.wraps_at is {period:g}, and {uneven.size} of the {went.size} steps where the values start again are "
+        f"not like those beside them ({went[first] * spec.scale:.4g} {spec.unit} in {place}, "
+        f"{beside * spec.scale:.2g} beside it): likely it is not {period:g}, {mend} would be right."
+    )
 
 
 def _constant(value: float | str, source: Source, where: str, key: str) -> float:

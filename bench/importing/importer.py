@@ -126,7 +126,7 @@ def _import_one(
                 "--out should name another folder."
             )
     impossible = implausible(table, ratio, f"{mapping_path}", columns)
-    warnings = (*misspelt(table, f"{mapping_path}"), *impossible)
+    warnings = (*misspelt(table, f"{mapping_path}"), *table.doubts, *impossible)
     rate = table.rate_asked_for(mapping.sample_rate) or 1 / float(np.median(np.diff(table.time)))
     started = entry.started_at or mapping.started_at or table.started_at
     if started is None:

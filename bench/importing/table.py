@@ -51,7 +51,8 @@ _OTHER_RATE = 0.02
 @dataclass(slots=True)
 class ChannelTable:
     """Channels of equal length by name, ``time`` among them; ``starts`` where each stretch without a gap begins;
-    ``held`` where rows of the file that only repeat values were left out.
+    ``held`` where rows of the file that only repeat values were left out; ``doubts``: sentences of what of the mapping
+    cannot be.
     """
 
     channels: dict[str, Channel]
@@ -60,6 +61,7 @@ class ChannelTable:
     notes: list[str] = field(default_factory=list)
     starts: list[int] = field(default_factory=list)
     held: Held | None = None
+    doubts: list[str] = field(default_factory=list)
 
     @property
     def time(self) -> NDArray[np.float64]:
@@ -118,6 +120,7 @@ def read_table(mapping: Mapping, wanted: Table[str, ChannelMapping], files: File
         for name, channel in as_read.items()
         if channel.filled
     ]
+    table.doubts += [doubt for channel in (clock.channel, *as_read.values()) for doubt in channel.doubts]
     table.channels["time"] = clock.channel
     own_clocks = {name: entry for name, entry in others.items() if entry.time is not None}
     table.channels.update({name: channel for name, channel in read.items() if name not in own_clocks})

@@ -8,14 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.importing.looking.column import Column
+from bench.importing.units import si_of, unit_of
+from bench.importing.wraps import jumps_of
 
 FloatArray = NDArray[np.float64]
 _POSIX = 4e8, 5e9
 _EPOCHS = (("s", 1.0), ("ms", 1e3), ("us", 1e6), ("ns", 1e9))
-_REVOLUTIONS = {"deg": 360.0, "°": 360.0, "degree": 360.0, "rad": 2 * math.pi, "rev": 1.0}
 _FULL = 0.97
-_JUMP = 0.5
-_LEAST_JUMPS = 1
 _SLOW_STEP = 1.0
 _CLOSE = 0.02
 STRETCH, _TOGETHER = 20, 0.99
@@ -59,17 +58,18 @@ def unit_of_time(column: Column) -> tuple[str, bool]:
 
 
 def overflow(column: Column, unit: str, counted: bool) -> float | None:
-    """After how much an angle starts again, in its own unit; None where it does not."""
-    values = column.seconds
-    low, high = column.span
-    span = high - low
-    jumps = int(np.sum(np.abs(np.diff(values)) > _JUMP * span)) if span > 0 else 0
-    if jumps < _LEAST_JUMPS or jumps > 0.1 * values.size:
+    """After how much an angle starts again, in its own unit; None where it does not, or its motion would not go on
+    evenly there.
+    """
+    jumps = jumps_of(column.seconds)
+    if jumps is None:
         return None
     if counted:
-        return float(2 ** math.ceil(math.log2(span + 1)))
-    revolution = _REVOLUTIONS.get(unit)
-    return revolution if revolution is not None and _FULL * revolution < span <= 1.001 * revolution else None
+        return jumps.period()
+    if si_of(unit) != "rad":
+        return None
+    revolution = float(f"{2 * math.pi / unit_of(unit, column.name).factor:.12g}")
+    return revolution if _FULL * revolution < jumps.span <= 1.001 * revolution and jumps.over(revolution) else None
 
 
 def power_of_two(counts: float) -> float | None:
