@@ -8,7 +8,7 @@ import numpy as np
 
 from bench.importing.looking.column import Column
 from bench.importing.looking.entries import Entry
-from bench.importing.looking.guesses import rises_evenly, step_of, unit_of_time
+from bench.importing.looking.guesses import counts_by_one, rises_evenly, step_of, unit_of_time
 from bench.importing.looking.inventory import Inventory
 from bench.importing.looking.names import Meaning
 from bench.importing.mapping import OPEN
@@ -17,7 +17,7 @@ from bench.importing.units import split_unit, unit_of
 
 def clock_of(found: Inventory, meanings: Mapping[str, Meaning]) -> Column | None:
     """The column that is the time: one the file names, one called so, or the first without a meaning whose numbers rise
-    as a clock's do.
+    as a clock's do, and not as row numbers do.
     """
     clocks = [column.variable.clock for column in found.columns if column.variable.clock]
     rising = [column for column in found.columns if step_of(column) is not None]
@@ -27,8 +27,21 @@ def clock_of(found: Inventory, meanings: Mapping[str, Meaning]) -> Column | None
     by_name = sorted(
         called, key=lambda column: (column.values.size, column.stamps, meanings[column.name].sure), reverse=True
     )
-    by_numbers = [column for column in found.columns if not meanings[column.name].quantity and rises_evenly(column)]
+    by_numbers = [
+        column
+        for column in found.columns
+        if not meanings[column.name].quantity and rises_evenly(column) and not counts_rows(column, meanings)
+    ]
     return next(iter([*by_file, *by_name, *(by_numbers if len(found.columns) > 1 else ())]), None)
+
+
+def counts_rows(column: Column, meanings: Mapping[str, Meaning]) -> bool:
+    """Whether a column holds the numbers of the rows, whatever its name (``n``, ``count``): it rises by one in each and
+    has no unit. A time in milliseconds does so too, which its name or its file has to say.
+    """
+    column_meaning = meanings[column.name]
+    named = column_meaning.quantity == "time" or column.variable.clock == column.name
+    return not named and not column_meaning.unit and counts_by_one(column)
 
 
 def coarse_clock(found: Inventory, meanings: Mapping[str, Meaning]) -> Column | None:
@@ -42,7 +55,8 @@ def coarse_clock(found: Inventory, meanings: Mapping[str, Meaning]) -> Column | 
 
 
 def why_no_clock(found: Inventory, meanings: Mapping[str, Meaning]) -> str:
-    """Say why no column is the time: one that is called so runs backwards, stands still or holds no number."""
+    """Say why no column is the time: one that is called so runs backwards, stands still or holds no number,
+    or one holds the numbers of the rows."""
     for column in found.columns:
         if meanings[column.name].quantity != "time" or column.empty:
             continue
@@ -52,6 +66,9 @@ def why_no_clock(found: Inventory, meanings: Mapping[str, Meaning]) -> str:
             return f"'{column.name}' is no time, it runs backwards from {place} on"
         if column.constant:
             return f"'{column.name}' is no time, it is {column.span[0]:g} in all samples"
+    for column in found.columns:
+        if counts_rows(column, meanings):
+            return f"'{column.name}' counts the rows by one and is no time"
     return "no column is a time"
 
 

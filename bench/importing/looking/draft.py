@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from bench.importing.axis import mixture
 from bench.importing.channel import LINEAR
-from bench.importing.looking.clocks import clock_of, coarse_clock, rate_entry, why_no_clock
+from bench.importing.looking.clocks import clock_of, coarse_clock, counts_rows, rate_entry, why_no_clock
 from bench.importing.looking.column import Column
 from bench.importing.looking.entries import Draft, Entry
-from bench.importing.looking.guesses import power_of_two, rate_of, step_of, unit_of_time
+from bench.importing.looking.guesses import counts_by_one, power_of_two, rate_of, step_of, unit_of_time
 from bench.importing.looking.inventory import Inventory
 from bench.importing.looking.motion import Motion, values_of
 from bench.importing.looking.names import Meaning, axes_of, busiest_axis, channel_of, meaning, plain
@@ -41,13 +41,15 @@ def draft(found: Inventory, mapping: Path) -> Draft:
     out.tables["channels.time"] = _time_entries(found, time, meanings) if coarse is None else rate_entry(coarse)
     if coarse is not None:
         out.channel_by_column[coarse.name] = "coarser than the samples"
+    rows = [column for column in found.columns if column is not time and counts_rows(column, meanings)]
+    out.channel_by_column.update({column.name: "counts the rows, left out" for column in rows})
     out.rate = _rate(found, time, out.tables["channels.time"])
     taken: dict[str, Column] = {}
     rest: list[Column] = []
     axes = axes_of(found.columns, meanings)
     busiest = busiest_axis(found.columns, meanings, axes)
     motion = Motion(meanings, _seconds(out))
-    strangers = motion.strangers(found.columns)
+    strangers = motion.strangers(column for column in found.columns if column not in rows)
 
     def likely(column: Column) -> tuple[bool, bool, bool, bool]:
         meaning = meanings[column.name]
@@ -55,7 +57,7 @@ def draft(found: Inventory, mapping: Path) -> Draft:
 
     for column in sorted(found.columns, key=likely):
         name = channel_of(meanings[column.name])
-        if column in (time, coarse) or column.stamps or column.values.size != _size(found, time) or column.empty:
+        if column in (time, coarse, *rows) or column.stamps or column.values.size != _size(found, time) or column.empty:
             continue
         column_meaning = meanings[column.name]
         if name is None or name in taken or column_meaning.setpoint or column.constant or column.name in strangers:
@@ -137,9 +139,10 @@ def _time_entries(found: Inventory, time: Column | None, meanings: dict[str, Mea
         return entries
     unit_in_file = meanings[time.name].unit
     unit, sure = (unit_in_file, True) if unit_in_file else unit_of_time(time)
-    entries["unit"] = Entry(
-        unit, FROM_FILE if unit_in_file else "" if sure else f"{GUESS}, the step is {step_of(time):g}", sure
-    )
+    why = f"{GUESS}, the step is {step_of(time):g}"
+    if counts_by_one(time):
+        why += " in all rows: if it counts them, 'rate' (samples per second) instead of variable and unit"
+    entries["unit"] = Entry(unit, FROM_FILE if unit_in_file else "" if sure else why, sure)
     return entries
 
 

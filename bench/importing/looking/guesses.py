@@ -23,6 +23,8 @@ _BOTH = 0.01
 """least share of the samples on either side for numbers to be taken as without their sign"""
 _SAME_RESOLUTION = 0.01
 """how near a number of counts has to be to a power of two for that to be it (relative); the next is twice as large"""
+_LEAST_STEPS = 10
+"""steps from which numbers tell of a clock, or of rows that are counted"""
 _EVEN, _MOSTLY = 0.25, 0.9
 """how far a clock's step may be from its usual one, and how many of its steps are no farther"""
 
@@ -30,10 +32,16 @@ _EVEN, _MOSTLY = 0.25, 0.9
 def rises_evenly(column: Column) -> bool:
     """Whether a column is a clock by its numbers alone: it never stays or falls, and its steps are much alike."""
     steps = np.diff(column.seconds)
-    if steps.size < 10 or not np.isfinite(steps).all() or not np.all(steps > 0.0):
+    if steps.size < _LEAST_STEPS or not np.isfinite(steps).all() or not np.all(steps > 0.0):
         return False
     usual = float(np.median(steps))
     return float(np.mean(np.abs(steps - usual) <= _EVEN * usual)) >= _MOSTLY
+
+
+def counts_by_one(column: Column) -> bool:
+    """Whether a column rises by one in each row, as row numbers do."""
+    steps = np.diff(column.seconds)
+    return not column.stamps and steps.size >= _LEAST_STEPS and bool(np.all(steps == 1.0))
 
 
 def step_of(column: Column) -> float | None:

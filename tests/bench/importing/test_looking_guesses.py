@@ -201,3 +201,27 @@ def test_a_speed_in_turns_per_second_is_one_and_is_in_no_seconds(tmp_path: Path)
     # a rate of what nobody knows
     made = _draft(tmp_path, motor_position_turns=_Q / (2 * np.pi), motor_velocity_cranks_s=_SPEED)
     assert _content(made)["channels"]["motor_velocity"]["unit"] == "?"
+
+
+@pytest.mark.parametrize("name", ["Sample", "n", "Index", "row count", "No."])
+def test_a_column_that_counts_the_rows_is_no_time_and_no_channel(tmp_path: Path, name: str) -> None:
+    path = builders.csv(
+        tmp_path / "a.csv", **{name: np.arange(2000), "motor angle [rad]": _Q, "motor torque [Nm]": np.cos(_T)}
+    )
+    made = draft(take_inventory(path), tmp_path / "a.toml")
+    rate = made.entries()["channels.time.rate"]
+    assert (rate.value, rate.why) == ("?", f"samples per second: '{name}' counts the rows by one and is no time")
+    assert made.channel_by_column[name] == "counts the rows, left out"
+    assert "aux" not in _content(made)
+    # beside a time it is left out as well
+    made = _draft(tmp_path, **{name: np.arange(2000), "motor angle [rad]": _Q})
+    assert _variables(made)["time"] == "t [s]"
+    assert "aux" not in _content(made)
+
+
+def test_a_time_that_rises_by_one_may_count_the_rows(tmp_path: Path) -> None:
+    for step, told in ((1, True), (5, False)):
+        path = builders.csv(tmp_path / "a.csv", time=np.arange(2000) * step, **{"motor angle [rad]": _Q})
+        unit = draft(take_inventory(path), tmp_path / "a.toml").entries()["channels.time.unit"]
+        assert unit.value == "?"
+        assert ("if it counts them, 'rate' (samples per second)" in unit.why) == told
