@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from bench.recording import Rejected
 
 _NAMED = 5
-"""recordings of which a warning that was shown already is told by their names"""
+"""recordings or files of which something that was said of another already is told by their names"""
 _SHOWN = 5
 """files with the same channels that are told in a line each; the others are told together"""
 _NUMBER = re.compile(r"(?<![\w.])-?\d+(\.\d+)?(e[+-]?\d+)?")
@@ -86,14 +86,17 @@ def _import(mapping: Path, out: Path, data: Path | None, changes: dict[str, Any]
     warned: dict[str, list[str]] = {}
     noted: dict[str, list[str]] = {}
     alike: dict[tuple[str, ...], list[list[Imported]]] = {}
+    refused: dict[str, list[str]] = {}
     files = 0
     for _, group in groupby(import_recordings(mapping, out, data, changes), key=_origin):
         pieces: list[Imported] = []
         for done in group:
             if isinstance(done, Rejected):
                 rows.append({"source": str(done.file), "error": done.why})
-                if not as_json:
+                same_words = refused.setdefault(_without_file(done), [])
+                if not same_words and not as_json:
                     say(line(done.why))
+                same_words.append(done.file.name)
             else:
                 pieces.append(done)
                 rows.append(_row(done))
@@ -109,10 +112,12 @@ def _import(mapping: Path, out: Path, data: Path | None, changes: dict[str, Any]
     for same in alike.values():
         if len(same) > _SHOWN:
             say(_summary(same[_SHOWN:]))
+    for first, *others in refused.values() if not as_json else ():
+        if others:
+            say(line(f"{_first(others)} could not be imported for the same reason as {first}"))
     for words, (_, *others) in warned.items() if not as_json else ():
         if others:
-            more = f" and {len(others) - _NAMED} more" if len(others) > _NAMED else ""
-            say(line(f"the same warning, with other numbers, of {', '.join(others[:_NAMED])}{more}: {words}"))
+            say(line(f"the same warning, with other numbers, of {_first(others)}: {words}"))
     for sentence, names in noted.items() if not as_json else ():
         only = f"{names[0]}: {sentence}" if len(names) == 1 else f"in {len(names)} of {files} files {sentence}"
         say(line(sentence if files == 1 else only))
@@ -124,6 +129,17 @@ def _import(mapping: Path, out: Path, data: Path | None, changes: dict[str, Any]
         say(json.dumps(rows, ensure_ascii=False))
     if any("error" in row for row in rows):
         raise typer.Exit(ExitCode.NOT_VALID)
+
+
+def _without_file(refused: Rejected) -> str:
+    """Why a file was refused, without its name: of many files it is mostly the same."""
+    return refused.why.replace(str(refused.file), "…").replace(refused.file.name, "…")
+
+
+def _first(names: Sequence[str]) -> str:
+    """The first of some names, and how many more there are."""
+    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+    return f"{', '.join(names[:_NAMED])}{more}"
 
 
 def _origin(done: Imported | Rejected) -> tuple[str, ...]:
