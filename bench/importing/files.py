@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
+from pathlib import Path, PurePath
 
 from bench.errors import ConfigurationError, RecordingError
 from bench.importing.channel_mapping import ChannelMapping
@@ -71,6 +71,52 @@ class Files:
         )
 
 
+def in_folder(folder: Path, entries: Iterable[RecordingMapping], where: str) -> list[RecordingMapping]:
+    """The entries with their files as they are called in the folder of ``--data``: a mapping counts from its own, and
+    may have folders before a name that this one has not.
+
+    Raises
+    ------
+    ConfigurationError
+        Two of them would be one file.
+    """
+    there: dict[str, str] = {}
+    out = []
+    for entry in entries:
+        name = _in_folder(folder, entry.file)
+        other = there.setdefault(name, entry.file)
+        if other != entry.file:
+            raise ConfigurationError(
+                f"{where}: recordings.file: '{other}' and '{entry.file}' would both be {folder / name}; --data should "
+                "name the folder that both count from."
+            )
+        out.append(entry.model_copy(update={"file": name}))
+    return out
+
+
+def _in_folder(folder: Path, name: str) -> str:
+    """The longest end of a name that is there; the name itself where none is."""
+    parts = PurePath(name).parts
+    for k, before in enumerate(parts):
+        end = PurePath(*parts[k:]).as_posix()
+        if _fitting(folder, end):
+            return end
+        if _is_pattern(before):
+            break
+    return name
+
+
+def _is_pattern(name: str) -> bool:
+    return any(mark in name for mark in "*?[")
+
+
+def _fitting(folder: Path, name: str) -> list[Path]:
+    """The files of a name or a pattern."""
+    if not _is_pattern(name):
+        return [folder / name] if (folder / name).is_file() else []
+    return [] if PurePath(name).is_absolute() else sorted(path for path in folder.glob(name) if path.is_file())
+
+
 def found(folder: Path, entry: RecordingMapping) -> list[tuple[Path, tuple[str, ...]]]:
     """Find the files of a recording's entry, with what the stars of its pattern stand for.
 
@@ -79,9 +125,9 @@ def found(folder: Path, entry: RecordingMapping) -> list[tuple[Path, tuple[str, 
     ConfigurationError
         No file fits the pattern, or one id would name several.
     """
-    if not any(mark in entry.file for mark in "*?["):
+    if not _is_pattern(entry.file):
         return [(folder / entry.file, ())]
-    files = sorted(path for path in folder.glob(entry.file) if path.is_file())
+    files = _fitting(folder, entry.file)
     if not files:
         raise ConfigurationError(
             f"{folder / entry.file}: no file fits this pattern of recordings.file, which counts from "

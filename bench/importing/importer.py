@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from bench.errors import ConfigurationError, RecordingError
 from bench.importing.cutting import LEAST_REVOLUTIONS, Cut, cut, travelled
-from bench.importing.files import Files, found, ids, refuse_shared
+from bench.importing.files import Files, found, ids, in_folder, refuse_shared
 from bench.importing.mapping import Mapping, RecordingMapping, SegmentMapping, as_utc, load_mapping
 from bench.importing.motor_angle import FROM_OUTPUT, SPEED_FROM_OUTPUT, hardly_turns, lost_zero
 from bench.importing.plausible import gain_note, implausible, misspelt
@@ -55,7 +55,7 @@ def import_recordings(
 
     Parameters
     ----------
-    data : folder in which the files are sought; by default the mapping file's own.
+    data : folder in which the files are sought, also by the end of their names; by default the mapping file's own.
     changes : values by key (``gearbox.ratio``) that come before those of the file.
 
     Raises
@@ -66,7 +66,8 @@ def import_recordings(
     mapping_path, out = Path(mapping_path), Path(out)
     mapping, text = load_mapping(mapping_path, changes)
     folder = Path(data) if data is not None else mapping_path.parent
-    entries = [(entry, found(folder, entry)) for entry in mapping.recordings]
+    recordings = mapping.recordings if data is None else in_folder(folder, mapping.recordings, f"{mapping_path}")
+    entries = [(entry, found(folder, entry)) for entry in recordings]
     columns = [({**mapping.columns, **entry.channels}, files) for entry, files in entries]
     refuse_shared(((*file, channels) for channels, files in columns for file in files), f"{mapping_path}")
     out.mkdir(parents=True, exist_ok=True)
@@ -83,7 +84,8 @@ def import_recordings(
                 recording = Recording.open(target)
                 first = index == 0
                 if first:
-                    yield Imported(file, recording, consequences(recording), notes, warnings)
+                    told = ["load_angle"] if any(note.startswith(FROM_OUTPUT) for note in notes) else []
+                    yield Imported(file, recording, consequences(recording, told), notes, warnings)
                 else:
                     yield Imported(file, recording, ())
 

@@ -36,8 +36,8 @@ def add_motor_angle(channels: dict[str, Channel], notes: list[str], *, ratio: fl
     if {"load_angle", "motor_torque"} <= channels.keys():
         channels["motor_angle"] = _of_output(channels, "angle", ratio, linear=linear)
         notes.append(
-            f"{FROM_OUTPUT}: motor_angle is load_angle times gearbox.ratio {ratio:g}, so there is "
-            "no load_angle beside it"
+            f"{FROM_OUTPUT}: motor_angle is load_angle times gearbox.ratio {ratio:g}, so load_angle is not kept beside "
+            "it and there is no transmission error"
         )
         return
     if {"load_velocity", "motor_torque"} <= channels.keys() and not {"motor_velocity", "load_angle"} & channels.keys():

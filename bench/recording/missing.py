@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from bench.recording.reader import Recording
 
 _RULES_OUT: dict[str, str] = {
@@ -16,10 +18,13 @@ _RULES_OUT: dict[str, str] = {
 }
 
 
-def consequences(recording: Recording) -> tuple[str, ...]:
-    """Say for each missing channel, in one sentence, what it rules out; derived velocities are not missing."""
+def consequences(recording: Recording, told: Collection[str] = ()) -> tuple[str, ...]:
+    """Say for each missing channel, in one sentence, what it rules out; derived velocities are not missing.
+
+    ``told`` names channels of which it was said already.
+    """
     return tuple(
         f"{recording.path}: there is no channel '{name}', so there is {effect}."
         for name, effect in _RULES_OUT.items()
-        if name not in recording
+        if name not in recording and name not in told
     )
