@@ -88,6 +88,8 @@ class ChannelMapping(PartMapping):
     """Variable that holds this channel's own time stamps, in the unit of the common ones."""
     missing: Literal["refuse", "hold", "interpolate"] = "refuse"
     """What to do with samples that are not there (NaN)."""
+    at: Literal["motor", "output"] | None = None
+    """Only for ``motor_torque``: of a torque at the ``output`` (a joint) the motor's is that over the ratio."""
     rate: float | None = Field(default=None, gt=0)
     """Only for ``time`` that stands in no variable: samples per second."""
     timezone: str | None = None

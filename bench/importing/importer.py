@@ -18,6 +18,7 @@ from bench.importing.cutting import LEAST_REVOLUTIONS, Cut, cut, travelled
 from bench.importing.files import Files, found, ids, in_folder, refuse_shared
 from bench.importing.mapping import Mapping, RecordingMapping, SegmentMapping, as_utc, load_mapping
 from bench.importing.motor_angle import FROM_OUTPUT, SPEED_FROM_OUTPUT, hardly_turns, lost_zero
+from bench.importing.output_torque import AT_OUTPUT, may_be_of_output
 from bench.importing.plausible import gain_note, implausible, misspelt
 from bench.importing.provenance import provenance, software
 from bench.importing.steady import steady_stretches
@@ -106,7 +107,8 @@ def _import_one(
     table = read_table(mapping, columns, files, f"{mapping_path}")
     ratio = mapping.gearbox.ratio
     lost = lost_zero(table.channels, columns, ratio) if len(set(mains)) > 1 else None
-    remarks = (lost, hardly_turns(table.channels, ratio), gain_note(table, ratio, columns))
+    side = may_be_of_output(columns, ratio)
+    remarks = (lost, hardly_turns(table.channels, ratio), side, gain_note(table, ratio, columns))
     table.notes += [note for note in remarks if note is not None]
     segments = [
         _segment(segment, table, files.main)
@@ -171,7 +173,7 @@ def _write(
         for segment in segments
         if segment.start < rows.stop and segment.stop > rows.start
     ]
-    expected = (_OF_FILE, _FOUND_STEADY, FROM_OUTPUT, SPEED_FROM_OUTPUT)
+    expected = (_OF_FILE, _FOUND_STEADY, FROM_OUTPUT, SPEED_FROM_OUTPUT, AT_OUTPUT)
     events = [
         Event(0.0, "info" if note.startswith(expected) else "warning", note) for note in (*table.notes, *warnings)
     ]

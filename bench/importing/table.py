@@ -22,6 +22,7 @@ from bench.importing.fill import LEAST_FILL, fill_note
 from bench.importing.held import Held, held, thinned
 from bench.importing.mapping import Mapping
 from bench.importing.motor_angle import add_motor_angle
+from bench.importing.output_torque import to_motor
 from bench.importing.stamps import (
     even_clock,
     evenness,
@@ -106,6 +107,7 @@ def read_table(mapping: Mapping, wanted: Table[str, ChannelMapping], files: File
     keys = {name: f"{where}: {_key(name)}" for name in wanted}
     others = {name: entry for name, entry in wanted.items() if name != "time"}
     as_read = {name: read_channel(name, entry, files, keys[name], linear) for name, entry in others.items()}
+    sides = to_motor(as_read, others, mapping.gearbox.ratio, where)
     read = {name: fill_missing(channel, others[name].missing) for name, channel in as_read.items()}
     sizes = [channel.raw.size for name, channel in read.items() if not _constant(others[name])]
     if not sizes:
@@ -114,7 +116,9 @@ def read_table(mapping: Mapping, wanted: Table[str, ChannelMapping], files: File
     for name in (name for name in read if _constant(others[name])):
         read[name] = read[name].taken(np.zeros(size, dtype=np.int64))
     clock = read_clock(wanted["time"], files, keys["time"], size)
-    table = ChannelTable({}, clock.started_at, _is_linear(read, wanted, where, linear), [*files.notes(), *clock.notes])
+    table = ChannelTable(
+        {}, clock.started_at, _is_linear(read, wanted, where, linear), [*files.notes(), *clock.notes, *sides]
+    )
     table.notes += [
         fill_note(name, channel.filled, channel.raw.size, channel.source.location(channel.filled[0]))
         for name, channel in as_read.items()

@@ -18,6 +18,7 @@ _QUESTIONS = {
     "torque_constant": "torque per ampere (N·m/A, or with a unit such as '80 N/A')",
     "factor": "factor with its unit",
     "counts_per_revolution": "counts per revolution",
+    "at": "side of the gearbox at which the torque is given, 'motor' or 'output' (a joint)",
     "rate": "samples per second",
     "timezone": "time zone of the stamps",
 }

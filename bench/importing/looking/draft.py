@@ -15,6 +15,7 @@ from bench.importing.looking.column import Column
 from bench.importing.looking.entries import Draft, Entry
 from bench.importing.looking.guesses import counts_by_one, power_of_two, rate_of, step_of, unit_of_time
 from bench.importing.looking.inventory import Inventory
+from bench.importing.looking.joint import mark_joint, to_joint
 from bench.importing.looking.motion import Motion, values_of
 from bench.importing.looking.names import Meaning, axes_of, busiest_axis, channel_of, meaning, plain
 from bench.importing.looking.tables import FROM_FILE, GUESS, channel_entries, place_of
@@ -73,6 +74,7 @@ def draft(found: Inventory, mapping: Path) -> Draft:
         name = "motor_angle" if slower is taken["motor_angle"] else "motor_velocity"
         if slower is not None and name.replace("motor", "load") not in taken:
             taken[name.replace("motor", "load")] = taken.pop(name)
+    joint = to_joint(taken, meanings)
     if not axes:
         _other_side(taken, rest, motion)
     for name in BY_NAME:
@@ -80,6 +82,8 @@ def draft(found: Inventory, mapping: Path) -> Draft:
             column_meaning = meanings[taken[name].name]
             out.tables[f"channels.{name}"] = channel_entries(taken[name], column_meaning)
             out.channel_by_column[taken[name].name] = name
+    if joint:
+        mark_joint(out, taken)
     _counts(out, taken, motion)
     _gearbox(out, taken, motion)
     _hardly_turns(out, taken, motion)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from bench.errors import ConfigurationError
 from bench.importing.looking.column import Column
-from bench.importing.looking.words import SET_VALUE, quantity_of
+from bench.importing.looking.words import SET_VALUE, is_effort, quantity_of
 from bench.importing.units import PERCENT, split_unit, unit_of
 
 _BY_UNIT = {
@@ -48,6 +48,8 @@ class Meaning:
     sided: bool
     measured: bool
     """its name says that it was measured"""
+    effort: bool
+    """its name is that of a joint's torque in ROS"""
 
     @property
     def of_motor(self) -> bool:
@@ -87,6 +89,7 @@ def meaning(column: Column) -> Meaning:
         bool(by_unit) and by_unit == by_name,
         bool(_LOAD.search(name) or _MOTOR.search(name)),
         bool(_MEASURED.search(words)),
+        quantity == "torque" and is_effort(column.variable.name),
     )
 
 
@@ -121,6 +124,8 @@ def channel_of(column_meaning: Meaning) -> str | None:
     if column_meaning.quantity in ("torque", "current"):
         if column_meaning.brake:
             return "load_motor_torque"
+        if column_meaning.effort:
+            return "motor_torque"  # of its joint, but no torque sensor's
         return "load_torque" if column_meaning.load and column_meaning.quantity == "torque" else "motor_torque"
     if column_meaning.quantity == "temperature":
         return "ambient_temperature" if column_meaning.ambient else "temperature"
