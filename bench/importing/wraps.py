@@ -61,8 +61,10 @@ class Jumps:
         most = float(np.median(ends[1] + spare))
         if least > most:
             return None
-        fits = _roundest(least, most) if self.whole else 0.5 * (least + most)
-        found = fits if fits is not None else float(math.ceil(least))
+        # a counter that moves by single counts reaches each of its values
+        slow = float(np.median(np.maximum(np.abs(self.low), np.abs(self.high)))) <= 1.0
+        fits = None if slow else _roundest(least, most)
+        found = (fits or float(math.ceil(least))) if self.whole else 0.5 * (least + most)
         return found if self.over(found) else None
 
 
@@ -86,12 +88,12 @@ def jumps_of(values: FloatArray) -> Jumps | None:
 
 
 def _roundest(least: float, most: float) -> float | None:
-    """The power of two between two numbers, or that of the fewest digits; None where all have many."""
+    """The power of two between two numbers, or the whole number of the fewest digits; None where all have many."""
     power = 2.0 ** math.ceil(math.log2(least))
     if power <= most:
         return power
     for digits in range(1, _ROUND_DIGITS + 1):
-        unit = 10.0 ** (math.floor(math.log10(least)) + 1 - digits)
+        unit = max(1.0, 10.0 ** (math.floor(math.log10(least)) + 1 - digits))
         number = math.ceil(least / unit) * unit
         if number <= most:
             return number
