@@ -11,6 +11,7 @@ from bench.mismatch.outcomes import impossible_numbers
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.alone import alone
 from bench.mismatch.regression.beside import free_function, sound_beside
+from bench.mismatch.regression.candidates import free_candidates
 from bench.mismatch.regression.copies import copies, notes_of
 from bench.mismatch.regression.description import description
 from bench.mismatch.regression.discoveries import is_a_parabola
@@ -317,7 +318,7 @@ def test_a_table_that_is_off_a_name_by_no_more_than_its_form_has_that_name(
     gravity = named("load.unbalance", MOTOR_TORQUE, "gravity")
     tables = (b for b in search.blocks if isinstance(b.regressor, Free) and b.regressor.times == ("1",))
     # the coarser of two tables, which is off by its knots as well
-    table = next(b for b in tables if b.regressor.variables == ("angle",) and b.regressor.numbers > 1)
+    table = next(b for b in tables if b.regressor.variables == ("angle_about_zero",) and b.regressor.numbers > 1)
     contenders = (free_function(search, [], table), Chosen(add_block(model.problem, model.bank, gravity)))
     assert heirs_of(model, [], contenders) == (heirs, False)
 
@@ -330,3 +331,19 @@ def test_a_sine_of_an_angle_that_hardly_varies_is_no_surer_than_a_spring(size: f
     model = searched(asked(frame, y, "friction.coulomb", "friction.viscous", "motor.inertia")).model
     (found,) = [c for c in model.chosen if c.effect == "load.unbalance"]
     assert is_a_parabola(model, found) == parabola
+
+
+@pytest.mark.parametrize(
+    ("middle", "name"), [(0.0, "angle_about_zero"), (np.pi, "angle")], ids=["about zero", "opposite"]
+)
+def test_a_function_of_the_angle_does_not_jump_where_a_joint_swings_about_zero(middle: float, name: str) -> None:
+    frame = swinging(size=0.3)
+    frame = replace(frame, theta=frame.theta + middle, q=frame.q + middle)
+    tables = [c for c in free_candidates(MOTOR_TORQUE, frame, straight=True) if c.variables[0].startswith("angle")]
+    assert {c.variables for c in tables} == {(name,)}
+    assert {c.effect for c in tables if c.times == ("d",)} == {"friction.position_dependent"}
+    stop = np.maximum(frame.q - middle - 0.1, 0.0)
+    y = plain(frame) + 5.0 * stop + noise(frame)
+    model = searched(asked(frame, y, "friction.coulomb", "friction.viscous", "motor.inertia")).model
+    assert {c.main.regressor.variables for c in model.chosen if isinstance(c.main.regressor, Free)} == {(name,)}
+    assert np.std(left_by(model)) < 1.3 * np.std(left_by(model)[frame.q[model.problem.train] < middle])
