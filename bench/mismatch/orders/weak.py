@@ -166,7 +166,9 @@ class Stage:
         they are closest.
         """
         turned = (max(abs(t.velocity) * t.duration, 1e-12) / (2.0 * np.pi) for t in self.revolutions)
-        return 0.5 * max((t.rows.stop - t.rows.start) / by for t, by in zip(self.revolutions, turned, strict=True))
+        return float(
+            0.5 * max((t.rows.stop - t.rows.start) / by for t, by in zip(self.revolutions, turned, strict=True))
+        )
 
     def shape_at(self, order: float) -> float:
         """Shape of the noise at an order."""
