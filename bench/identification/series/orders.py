@@ -40,7 +40,7 @@ class Proposal:
 def peak_ratio(power: NDArray[np.float32]) -> FloatArray:
     """Power of each order over that of the noise beside it (the median of the neighbourhood / ln 2); 0 at order 0."""
     values = power.astype(np.float64)
-    noise = median_filter(values, min(NEIGHBOURHOOD, values.size), mode="mirror") / np.log(2.0)
+    noise = median_filter(values, min(NEIGHBOURHOOD, values.size), mode="nearest") / np.log(2.0)
     ratio = values / np.maximum(noise, 1e-300)
     ratio[0] = 0.0
     return np.asarray(ratio)

@@ -48,7 +48,7 @@ def swing(prepared: Prepared) -> float:
         frequency, power = (np.asarray(part, dtype=np.float64) for part in found)
         inside = frequency < NYQUIST_SHARE * prepared.sample_rate
         frequency, power = frequency[inside], power[inside]
-        level = median_filter(power, size=max(3, round(ABOUT_HZ / frequency[1]) | 1), mode="mirror")
+        level = median_filter(power, size=max(3, round(ABOUT_HZ / frequency[1]) | 1), mode="nearest")
         lines = _widened(power > ABOVE * level, power > level) & (frequency > 0.5 / SLOW_S)
         rate = float(np.sum((power * (2.0 * np.pi * frequency) ** 2)[lines])) * float(frequency[1])
         squares += rate * (run.stop - run.start)

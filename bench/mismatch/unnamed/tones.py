@@ -194,7 +194,7 @@ def _may_be(power: FloatArray, bins: IntArray, amplitude: FloatArray, step: floa
     reach = np.ones(2 * _LEAK + 1)
     total = np.convolve(power * step, reach, "same")[bins]
     together = np.convolve(np.bincount(bins, largest, power.size), np.ones(4 * _LEAK + 1), "same")[bins]
-    noise = np.asarray(percentile_filter(power, _QUIET, _ABOUT, mode="mirror"))[bins] * reach.size * step
+    noise = np.asarray(percentile_filter(power, _QUIET, _ABOUT, mode="nearest"))[bins] * reach.size * step
     return np.asarray((largest >= noise) & (total <= together + noise))
 
 
@@ -220,7 +220,7 @@ def _level(power: FloatArray, covered: NDArray[np.bool_], faint: bool = False) -
     orders stand so close at low frequencies that the median of all would be theirs. Where fewer than
     :data:`_FEWEST_ABOUT` are left it is NaN, or that of all where orders are ``faint``: it is not below the noise.
     """
-    out = np.asarray(median_filter(power, _ABOUT, mode="mirror"))
+    out = np.asarray(median_filter(power, _ABOUT, mode="nearest"))
     numbers = np.full(power.size, float(_ABOUT))
     if not covered.any():
         return out, numbers
