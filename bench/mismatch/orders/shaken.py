@@ -30,8 +30,8 @@ PASSED = 0.5
 """share of an acceleration that the window of the rates lets pass, from which its order is asked for the inertia: the
 rest is made up for, and with it the noise in what passed
 """
-FINE = 1000
-"""frequencies at which the share that passes is calculated"""
+FINE, FAR = 1000, 5.0
+"""frequencies at which the share that passes is calculated, and periods in the window up to which there are any"""
 Seen = TypeVar("Seen", ShaftSpectrum, OutputSpectrum)
 
 
@@ -43,9 +43,12 @@ class Rates:
     span: float
 
     def passed(self, hertz: FloatArray) -> FloatArray:
-        """Share of an acceleration that passes, at many frequencies in Hz, between those of a fine grid."""
-        fine = np.linspace(0.0, float(hertz.max(initial=1.0)), FINE)[1:]
-        out: FloatArray = np.interp(hertz, fine, passed_by(self.rate, self.span, fine))
+        """Share of an acceleration that passes, at many frequencies in Hz, between those of a fine grid; nothing far
+        beyond what the window lasts.
+        """
+        fine = np.linspace(0.0, FAR / self.span, FINE)
+        share = np.append(1.0, passed_by(self.rate, self.span, fine[1:]))
+        out: FloatArray = np.interp(hertz, fine, share, right=0.0)
         return out
 
 
