@@ -355,3 +355,21 @@ def test_a_function_of_the_angle_does_not_jump_where_a_joint_swings_about_zero(m
     model = searched(asked(frame, y, "friction.coulomb", "friction.viscous", "motor.inertia")).model
     assert {c.main.regressor.variables for c in model.chosen if isinstance(c.main.regressor, Free)} == {(name,)}
     assert np.std(left_by(model)) < 1.3 * np.std(left_by(model)[frame.q[model.problem.train] < middle])
+
+
+def test_how_friction_builds_up_is_asked_as_closely_as_the_finer_recordings_tell() -> None:
+    (form,) = (f for f in LIBRARY["friction.presliding"].forms[MOTOR_TORQUE] if f.name == "reversal")
+
+    def reversing(frame: Frame, slower: float) -> Frame:
+        return replace(
+            frame,
+            theta=frame.theta / slower,
+            reversal_time=np.zeros(frame.size),
+            reversed_before=np.ones(frame.size),
+            reversal_travel=np.abs(frame.theta - np.roll(frame.theta, 20)) / slower,
+        )
+
+    slow, fast = reversing(swinging(), 100.0), reversing(swinging(), 1.0)
+    both = concatenate([slow, replace(fast, recording=fast.recording + int(slow.recording.max()) + 1)])
+    ends = [min(point[0] for point in form.grid(frame)) for frame in (slow, both, fast)]
+    assert ends[0] < 1.5 * ends[1] < 0.1 * ends[2]
