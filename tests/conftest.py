@@ -55,7 +55,54 @@ SLOW = (
     "tests/bench/trend/test_trend.py",
     "tests/bench/twin/test_comparison.py",
     "tests/bench/twin/test_cost.py",
+    "tests/bench/twin/test_predicting.py",
     "tests/bench/twin/test_watch.py",
+    # a whole search of a channel for each test, or a statistic over many
+    "tests/bench/foreign/test_mismatch.py",
+    "tests/bench/identification/test_fractions.py",
+    "tests/bench/mismatch/orders/test_beside_a_mode.py",
+    "tests/bench/mismatch/orders/test_defects.py",
+    "tests/bench/mismatch/orders/test_laws.py",
+    "tests/bench/mismatch/orders/test_misleading_offset.py",
+    "tests/bench/mismatch/orders/test_modes.py::test_a_mode_is_found_with_its_numbers",
+    "tests/bench/mismatch/orders/test_modes.py::test_where_the_orders_pass_no_mode_nothing_is_gained",
+    "tests/bench/mismatch/orders/test_series.py::test_many_orders_that_hardly_change_do_not_still_those_of_the_teeth",
+    "tests/bench/mismatch/orders/test_slow_parts.py",
+    "tests/bench/mismatch/regression/test_auxiliary.py",
+    "tests/bench/mismatch/regression/test_cycles.py::test_a_search_tells_it_without_a_name",
+    "tests/bench/mismatch/regression/test_cycles.py::test_noise_has_none",
+    "tests/bench/mismatch/regression/test_finer.py::test_what_is_sharper_than_a_coarse_table_gets_a_finer_one",
+    "tests/bench/mismatch/regression/test_free_motion.py::test_drag_that_no_name_fits_is_not_two_of_one_name_against_each_other",
+    "tests/bench/mismatch/regression/test_gain_over_temperature.py",
+    "tests/bench/mismatch/regression/test_hidden_states.py",
+    "tests/bench/mismatch/regression/test_knee_over_temperature.py",
+    "tests/bench/mismatch/regression/test_next_best.py",
+    "tests/bench/mismatch/regression/test_one_law.py",
+    "tests/bench/mismatch/regression/test_one_way.py",
+    "tests/bench/mismatch/regression/test_open_forms.py",
+    "tests/bench/mismatch/regression/test_products_over_angle.py",
+    "tests/bench/mismatch/regression/test_same_course.py::test_a_steep_function_of_a_temperature_that_only_rises_may_be_one_of_the_time",
+    "tests/bench/mismatch/regression/test_same_course.py::test_lost_motion_at_noisy_speeds_and_temperatures_is_no_function_of_these",
+    "tests/bench/mismatch/regression/test_scan.py::test_false_alarms_in_noise_are_as_rare_as_asked",
+    "tests/bench/mismatch/regression/test_search.py",
+    "tests/bench/mismatch/regression/test_shifted_reading.py",
+    "tests/bench/mismatch/regression/test_step_between_stages.py",
+    "tests/bench/mismatch/regression/test_stribeck_over_temperature.py",
+    "tests/bench/mismatch/report/test_smallest.py",
+    "tests/bench/mismatch/test_constant_speed.py",
+    "tests/bench/mismatch/test_who_reads_wrong.py",
+    "tests/bench/mismatch/unnamed/test_formula.py",
+    "tests/bench/mismatch/unnamed/test_ring_down.py::test_in_noise_a_chance_is_as_rare_as_it_says",
+    "tests/bench/mismatch/unnamed/test_steps.py::test_noise_of_any_spectrum_has_none",
+    "tests/bench/mismatch/unnamed/test_telegraph.py",
+    "tests/bench/mismatch/unnamed/test_tone_frequency.py::test_a_line_in_three_recordings_is_as_uncertain_as_three_tell",
+    "tests/bench/mismatch/unnamed/test_tone_frequency.py::test_the_interval_holds_the_frequency_as_often_as_it_says",
+    "tests/bench/mismatch/unnamed/test_tones.py::test_frequency_and_amplitude_are_as_uncertain_as_they_scatter",
+    "tests/bench/mismatch/unnamed/test_tones.py::test_where_orders_cover_a_part_a_chance_in_noise_is_as_rare_as_it_says",
+    "tests/bench/twin/test_evidence.py::test_false_alarms_stay_below_the_bound_on_dependent_heavy_tailed_numbers",
+    "tests/fakes/concealed/test_folder.py::test_what_the_recordings_tell_apart_is_to_be_named",
+    # a file of every kind, spoiled
+    "tests/bench/fuzzing/test_fuzz.py::test_few_of_each_kind_are_never_believed_wrongly",
     # every kind of hidden physics
     "tests/fakes/concealed/test_clutter.py",
     "tests/fakes/plant/test_hidden.py",
@@ -102,6 +149,14 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
             item.add_marker(pytest.mark.slow)
     if hasattr(config, "workerinput"):
         units.first_things_first(items)
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Where slow tests are left out, do not even import the files that hold nothing else."""
+    if config.getoption("markexpr") != "not slow" or not collection_path.is_relative_to(config.rootpath):
+        return None
+    place = collection_path.relative_to(config.rootpath).as_posix() + "/" * collection_path.is_dir()
+    return True if place.startswith(SLOW) else None
 
 
 def pytest_collection_finish() -> None:

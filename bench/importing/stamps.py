@@ -18,6 +18,8 @@ _WHOLE = 0.05
 _SMOOTHER = 0.9
 """Share of its roughness over an even clock that a signal has left over its stamps, up to which these say when it was
 sampled: by chance thousands of samples differ by a few per cent."""
+_ROUGH = 0.9
+"""Quantile of the differences of a signal that tells how rough it is."""
 _ASKED = 100_000
 """Samples that are asked for it."""
 _HOUR = 3600.0
@@ -98,13 +100,25 @@ def sampled_when_stamped(time: FloatArray, signals: Iterable[FloatArray]) -> boo
     move are smoother over them than over an even clock. By what a parabola through three samples misses of the next.
     """
     even = np.arange(time.size, dtype=np.float64)
-    both = [(_roughness(even, s), _roughness(time, s)) for s in signals if np.isfinite(s).all() and np.ptp(s) > 0.0]
-    return bool(both) and all(over_stamps < _SMOOTHER * over_even for over_even, over_stamps in both)
+    shares = []
+    for signal in signals:
+        rows = _moving(signal)
+        over_even = _roughness(even[rows], signal[rows])
+        if over_even > 0.0:
+            shares.append(_roughness(time[rows], signal[rows]) / over_even)
+    return bool(shares) and min(shares) < _SMOOTHER and max(shares) < 1.0 / _SMOOTHER
+
+
+def _moving(signal: FloatArray) -> slice:
+    """Where a signal moves most, of parts that are as long as is asked."""
+    parts = [slice(a, a + _ASKED) for a in range(0, max(signal.size - _ASKED // 2, 1), _ASKED)]
+    return max(parts, key=lambda rows: float(np.nansum(np.abs(np.diff(signal[rows])))))
 
 
 def _roughness(time: FloatArray, signal: FloatArray) -> float:
-    """Root mean square of a signal's third divided differences, over what white noise of size one has."""
-    time, signal = time[:_ASKED], signal[:_ASKED]
+    """Size of a signal's third divided differences, over what white noise of size one has: what a tenth of them exceed,
+    so that neither rest nor wild samples count.
+    """
     if time.size < 4:
         return 0.0
     at = np.lib.stride_tricks.sliding_window_view(time, 4)
@@ -112,7 +126,9 @@ def _roughness(time: FloatArray, signal: FloatArray) -> float:
     apart[:, range(4), range(4)] = 1.0
     weights = 1.0 / np.prod(apart, axis=2)
     missed = np.sum(weights * np.lib.stride_tricks.sliding_window_view(signal, 4), axis=1)
-    return float(np.sqrt(np.mean(missed**2 / np.sum(weights**2, axis=1))))
+    size = np.abs(missed) / np.sqrt(np.sum(weights**2, axis=1))
+    size = size[np.isfinite(size)]
+    return float(np.quantile(size, _ROUGH)) if size.size else 0.0
 
 
 def gap_sentence(time: FloatArray, found: Evenness, location: Location) -> str:

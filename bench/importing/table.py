@@ -43,8 +43,9 @@ _MOVES = ("motor_angle", "load_angle", "motor_velocity")
 _MOST_LEFT_OUT = 0.5
 """Share of the rows of a file that ``invalid_rows = 'drop'`` leaves out at most: where most rows are bad, a wrong
 column or rows in another order than that of time are likelier, and what is left tells little of the file."""
-_DIGITS = 3
-"""Digits of the rate of a clock that shakes."""
+_NEAR = {1: 0.01, 2: 0.005, 3: 0.001}
+"""Share by which a rate of so many digits may be off the mean rate of stamps that shake, or that miss rows: channels
+are interpolated, so any clock is right, and files of one logger had better have one."""
 _OTHER_RATE = 0.02
 """Share by which a stated rate may be off the stamps' own and still be the same: stamps are rounded."""
 
@@ -276,13 +277,19 @@ def _regular(table: ChannelTable, mapping: Mapping, file: Path) -> None:
         return
     if mapping.irregular == "refuse":
         raise refuse_uneven(found, str(file))
-    # files of one logger are brought onto one clock, though their stamps are rounded
-    rate = wanted or float(f"{1.0 / found.mean:.{_DIGITS}g}")
+    # files of one logger are brought onto one clock, though their stamps shake and rows are missing
+    rate = wanted or _round(1.0 / found.mean)
     _resample(table, 1.0 / rate)
     table.notes.append(
         f"steps of time differ ({found.shortest:g} to {found.longest:g} s): all channels were brought onto an even "
         f"clock of {rate:g} Hz by straight lines"
     )
+
+
+def _round(rate: float) -> float:
+    """The roundest of the rates near one in Hz, as near as :data:`_NEAR` says; itself where there is none."""
+    rounder = ((float(f"{rate:.{digits}g}"), near) for digits, near in _NEAR.items())
+    return next((r for r, near in rounder if abs(r / rate - 1.0) < near), rate)
 
 
 def _at_rate_asked_for(table: ChannelTable, step: float, wanted: float, refuse: bool, file: Path) -> None:

@@ -14,10 +14,11 @@ from bench.mismatch.given import LOAD_INERTIA, LOAD_SIDE, SENSOR, Given, Known
 from bench.mismatch.memory import give_back
 from bench.mismatch.orders.misread import ENCODER
 from bench.mismatch.orders.model import TransmissionModel
+from bench.mismatch.orders.periodicity import Periodicity
 from bench.mismatch.orders.reaction import Reaction, reaction_of
 from bench.mismatch.orders.revolutions import found_in
 from bench.mismatch.orders.scattering import scattering
-from bench.mismatch.orders.shaken import inertia_from_orders, inertia_of, largest_inertia, without_shaking
+from bench.mismatch.orders.shaken import Rates, inertia_from_orders, inertia_of, largest_inertia, without_shaking
 from bench.mismatch.orders.torques import torque_discoveries
 from bench.mismatch.outcomes import of_search, slots_of
 from bench.mismatch.power_zeros import REST, UNNAMED, Zeros, of_model
@@ -203,12 +204,10 @@ def _beside_orders(out: Analysis, data: Dataset, given: Given, problem: ChannelP
         return search
     channel = problem.channel
     seen = periodicity_of(data, given, search, out.reaction if channel == MOTOR_TORQUE else None, _misread(out))
-    inertia = None
-    if channel == MOTOR_TORQUE:
-        recordings = {s.recording for s in seen.shaft} | {s.recording for s in seen.output}
-        rate = min((float(data.members[k].recording.sample_rate) for k in recordings), default=1.0)
-        inertia = inertia_from_orders(seen, rate, data.folder.manner.smoothing, seed)
-    found = torque_discoveries(without_shaking(seen, inertia_of(search.model) if inertia is None else inertia), seed)
+    rates = _rates_of(data, seen)
+    inertia = inertia_from_orders(seen, rates, seed) if channel == MOTOR_TORQUE else None
+    inertia = inertia_of(search.model) if inertia is None else inertia
+    found = torque_discoveries(without_shaking(seen, inertia, rates), seed)
     waves = np.sum([np.zeros(problem.rows.size), *(d.added for d in found)], axis=0)
     size = float(np.sqrt(np.average(waves**2, weights=np.where(problem.usable, problem.rows.number, 0.0))))
     little = size < criteria.LEAST_STRENGTH * search.model.floor
@@ -221,6 +220,13 @@ def _beside_orders(out: Analysis, data: Dataset, given: Given, problem: ChannelP
     # what was taken off is what is reported: it is not looked for again
     out.periodic[channel] = found
     return searched(replace(problem, rows=replace(problem.rows, y=problem.rows.y - waves)), seed)
+
+
+def _rates_of(data: Dataset, seen: Periodicity) -> Rates:
+    """How the accelerations of recordings with orders were smoothed, at the lowest of their sample rates."""
+    recordings = {s.recording for s in seen.shaft} | {s.recording for s in seen.output}
+    rate = min((float(data.members[k].recording.sample_rate) for k in recordings), default=1.0)
+    return Rates(rate, data.folder.manner.smoothing)
 
 
 def _outcome(
@@ -238,7 +244,7 @@ def _outcome(
         found = out.periodic.get(channel)
         if found is None:
             seen = periodicity_of(data, given, search, reaction, _misread(out))
-            found = torque_discoveries(without_shaking(seen, inertia_of(search.model)), seed)
+            found = torque_discoveries(without_shaking(seen, inertia_of(search.model), _rates_of(data, seen)), seed)
         outcome.discoveries += found
     # what is left is tested on what the channel's own rows are fitted best by
     alone = replace(search, model=search.model.by_itself())

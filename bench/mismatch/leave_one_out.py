@@ -3,13 +3,13 @@
 The comparison is made against the simulation as it was given: a free function that was found could take a term's
 place unseen. The term is a candidate as any other of the nominal simulation is. It counts as named where a finding
 bears its id; as found under another name where something is reported in its channel that is not found with the term
-in force. Its numbers are given as the simulation has it: without the changes of it that were found as well, and as
-uncertain as these make them.
+in force, or has grown clearly. Its numbers are given as the simulation has it: without the changes of it that were
+found as well, and as uncertain as these make them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -32,6 +32,11 @@ _IDLE = 1e-12
 """largest regressor below which a term does not act in the recordings"""
 
 
+GROWN = 1.0 + criteria.SHAPE
+"""times the size it has with the term in force, from which a finding has taken the place of a term left out"""
+Sizes = Mapping[tuple[str, ...], float]
+
+
 @dataclass(frozen=True, slots=True)
 class Question:
     """One term to leave out, picklable: a worker reads the folder itself, once for all its questions."""
@@ -39,7 +44,7 @@ class Question:
     recordings: Paths
     model: Simulation
     channels: tuple[str, ...]
-    known: frozenset[tuple[str, str]]
+    known: Sizes
     effect: str
 
 
@@ -61,7 +66,7 @@ def leave_one_out(
     ``whole``: findings with nothing switched off; what those say is no answer to a term left out. ``elsewhere``
     maps the questions over other processes, which read ``recordings`` themselves; the rows are the same.
     """
-    known = frozenset((f.channel, f.effect) for f in whole)
+    known = {_kind(f): _size(f) for f in whole}
     questions = [Question(recordings, model, tuple(channels), known, effect) for effect in effects]
     out: list[LeftOut] = []
     answers = (_left_out_fit(data, q) for q in questions) if elsewhere is None else iter(elsewhere(answer, questions))
@@ -116,7 +121,7 @@ def _row(
     analysis: Analysis,
     rmse: dict[str, float | None],
     findings: Sequence[Finding],
-    known: frozenset[tuple[str, str]],
+    known: Sizes,
     linear: bool,
 ) -> LeftOut:
     out = LeftOut(
@@ -139,7 +144,7 @@ def _row(
             + f" {in_metres(p['unit']) if linear else p['unit']}"
             for p in (found.discovery.alone or found.discovery.parameters)[:3]
         )
-    elif any((f.channel, f.effect) not in known for f in findings):
+    elif any(_size(f) > GROWN * known.get(_kind(f), 0.0) for f in findings):
         out.outcome = OTHERWISE
     elif findings:
         which = ", ".join(dict.fromkeys(_called(f) for f in findings))
@@ -147,6 +152,16 @@ def _row(
     else:
         out.why = _nothing_found(rmse["before"], analysis.outcomes[channel].floor, channel)
     return out
+
+
+def _kind(finding: Finding) -> tuple[str, ...]:
+    """What a finding is called and depends on."""
+    return finding.channel, finding.effect, *finding.discovery.variables
+
+
+def _size(finding: Finding) -> float:
+    """Root mean square of what a finding adds to its rows, in the channel's unit."""
+    return float(np.sqrt(np.mean(finding.discovery.added**2)))
 
 
 def _called(finding: Finding) -> str:

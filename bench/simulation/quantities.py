@@ -14,10 +14,9 @@ from bench.simulation.composed import composed
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.memory import campaign_lag, limited_integral, taken_along, through, worked_up
 
-INPUT_ANGLE = "input_angle"
-ANGLE = "angle"
-ABOUT_ZERO = "angle_about_zero"
+ANGLE, ABOUT_ZERO = "angle", "angle_about_zero"
 """names of the output angle: a revolution begins at 0, or opposite to it"""
+INPUT_ANGLE = "input_angle"
 """the quantity over which a formula has waves of the transmission error"""
 AUXILIARY = "aux/"
 """begins the name of a quantity that is no channel of the bench"""

@@ -42,7 +42,7 @@ LONG = {
     "bench mismatch mine": "needs the folder that bench serve --conceal makes",
     "bench prove --open 77 --sealed mine": "needs that folder; tests/fakes/sealed opens one",
     "bench prove --real": "needs recordings of others, and minutes; tests/bench/proof/real has what needs none",
-    "bench mismatch hidden/seed-1/recordings/e9339ad6d5a4 --out again": "test_end_to_end.py does it",
+    "bench mismatch hidden/seed-1/recordings/e9339ad6d5a4 --out": "tests/bench/mismatch/test_end_to_end.py does it",
     "python docs/examples/mismatch_pictures.py": "needs the folder above, and draws the pictures of the docs",
     "bench investigate mine": "needs the folder that bench serve --conceal makes; tests/bench/investigate does it",
     "bench benchmark investigate": "minutes a plant; tests/bench/investigate does one experiment",

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 import typer.main
 
+import fakes.concealed
 from bench.cli.app import make_app
 from bench.cli.exit_codes import MEANING
 from tests.docs.commands import ELSEWHERE, LONG, PAGES, ROOT, Command, commands, mentions
@@ -101,6 +102,14 @@ def test_every_page_is_in_the_index() -> None:
     index = (ROOT / "docs/index.md").read_text("utf-8")
     for page in (ROOT / "docs").glob("*.md"):
         assert page.name == "index.md" or f"]({page.name})" in index, f"docs/index.md does not list {page.name}"
+
+
+def test_the_folder_that_the_readme_analyses_is_the_one_with_an_effect() -> None:
+    """Of those that the command before it makes."""
+    (folder,) = {command.words[2] for command in ALL if command.line.startswith("bench mismatch hidden/")}
+    concealed, _ = fakes.concealed.cases("quick", 1)
+    assert concealed.strengths
+    assert folder == f"hidden/seed-1/recordings/{concealed.alias}"
 
 
 def test_readme_quotes_the_exit_codes() -> None:

@@ -70,9 +70,11 @@ def search_between(
     fitted: Sequence[float],
     floor: float,
     price: float,
+    highest: float = np.inf,
 ) -> list[WeakOrder]:
     """Orders between the whole ones that stand in the training revolutions beside those that are ``fitted``; of those
-    that leak into each other the strongest. ``floor`` and ``price`` as in :func:`bench.mismatch.orders.weak.search`.
+    that leak into each other the strongest. ``floor``, ``price`` and ``highest`` as in
+    :func:`bench.mismatch.orders.weak.search`.
     """
     whole = Stage.of(seen, revolutions, train)
     if whole is None:
@@ -81,7 +83,7 @@ def search_between(
     lowest = 1.0 / min(t.revolutions for t in whole.revolutions)
     grid = np.arange(HIGHEST_BETWEEN * PARTS + 1) / PARTS
     shape = whole.shape[np.round(grid).astype(np.int64)]
-    usable = (grid > lowest) & (grid < whole.highest) & (np.round(grid) != grid)
+    usable = (grid > lowest) & (grid <= highest) & (np.round(grid) != grid)
     # from each part of an order to the nearest fitted one
     off = np.min(np.abs(np.subtract.outer(grid, np.asarray(fitted))), axis=1, initial=np.inf)
     usable &= off > NEXT

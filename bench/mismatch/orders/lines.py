@@ -128,7 +128,8 @@ def _noise(vectors: Complex, seen: NDArray[np.bool_]) -> FloatArray:
     for f in np.flatnonzero(seen.any(axis=0)):
         middle[f] = float(np.median(np.abs(vectors[seen[:, f], f]) ** 2))
     middle[0] = middle[1]
-    level = median_filter(middle, NEIGHBOURS, mode="nearest") / np.log(2.0)
+    # mirrored at its ends: a strong first or last order that is repeated there would be taken for noise
+    level = median_filter(middle, NEIGHBOURS, mode="mirror") / np.log(2.0)
     return np.asarray(np.sqrt(np.maximum(level, 1e-12) / 2.0))
 
 

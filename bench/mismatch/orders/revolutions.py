@@ -192,7 +192,7 @@ def _levels(left: Complex, orders: Sequence[float]) -> FloatArray:
     power = np.abs(left[:, free]) ** 2
     # the median of an exponential variable is ln 2 of its mean
     # row by row: of one dimension it is ten times as quick
-    level = np.array([median_filter(line, _NEIGHBOURS, mode="nearest") for line in power]).reshape(power.shape)
+    level = np.array([median_filter(line, _NEIGHBOURS, mode="mirror") for line in power]).reshape(power.shape)
     level /= np.log(2.0)
     middle = (free >= _LOW) & (free < _LOW + _MIDDLE)
     if middle.any():

@@ -8,7 +8,7 @@ recordings and orders together.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
@@ -30,16 +30,42 @@ PASSED = 0.5
 """share of an acceleration that the window of the rates lets pass, from which its order is asked for the inertia: the
 rest is made up for, and with it the noise in what passed
 """
-FINE = 1000
-"""frequencies at which the share that passes is calculated"""
+FINE, FAR = 1000, 5.0
+"""frequencies at which the share that passes is calculated, and periods in the window up to which there are any"""
 Seen = TypeVar("Seen", ShaftSpectrum, OutputSpectrum)
 
 
-def less_inertia(seen: Seen, inertia: float) -> Seen:
-    """A spectrum of the motor torque less what an ``inertia`` (kg·m²) asks for."""
+@dataclass(frozen=True, slots=True)
+class Rates:
+    """How accelerations were smoothed: over ``span`` s, at a sample ``rate`` in Hz."""
+
+    rate: float
+    span: float
+
+    def passed(self, hertz: FloatArray) -> FloatArray:
+        """Share of an acceleration that passes, at many frequencies in Hz, between those of a fine grid; nothing far
+        beyond what the window lasts.
+        """
+        fine = np.linspace(0.0, FAR / self.span, FINE)
+        share = np.append(1.0, passed_by(self.rate, self.span, fine[1:]))
+        out: FloatArray = np.interp(hertz, fine, share, right=0.0)
+        return out
+
+
+def _hertz(seen: Seen) -> FloatArray:
+    """How fast each order of a spectrum is, Hz."""
+    first = seen.hertz if isinstance(seen, ShaftSpectrum) else abs(seen.velocity) / (2.0 * np.pi)
+    return np.asarray(first * np.arange(seen.shaking.size), dtype=np.float64)
+
+
+def less_inertia(seen: Seen, inertia: float, rates: Rates) -> Seen:
+    """A spectrum of the motor torque less what an ``inertia`` (kg·m²) asks for. What the window of the rates takes of
+    an order's acceleration is made up for where most of it passes.
+    """
     if not inertia or not seen.shaking.size:
         return seen
-    return replace(seen, amplitude=seen.amplitude - inertia * seen.shaking)
+    passed = rates.passed(_hertz(seen))
+    return replace(seen, amplitude=seen.amplitude - inertia * seen.shaking / np.where(passed >= PASSED, passed, 1.0))
 
 
 def inertia_of(model: ChannelModel) -> float:
@@ -63,24 +89,24 @@ def _inertias(model: ChannelModel, effect: str) -> list[tuple[float, float]]:
     return [(float(value[0]), float(np.sqrt(covariance[0, 0]))) for value, covariance in fits]
 
 
-def without_shaking(seen: Periodicity, inertia: float) -> Periodicity:
+def without_shaking(seen: Periodicity, inertia: float, rates: Rates) -> Periodicity:
     """What is periodic less the torque that an ``inertia`` (kg·m²) takes."""
     return replace(
         seen,
-        shaft=[less_inertia(s, inertia) for s in seen.shaft],
-        output=[less_inertia(s, inertia) for s in seen.output],
+        shaft=[less_inertia(s, inertia, rates) for s in seen.shaft],
+        output=[less_inertia(s, inertia, rates) for s in seen.output],
     )
 
 
-def inertia_from_orders(seen: Periodicity, rate: float, span: float, seed: int) -> float | None:
+def inertia_from_orders(seen: Periodicity, rates: Rates, seed: int) -> float | None:
     """Inertia (kg·m²) estimated from orders of revolutions that have the inertia's part in them; None where they do not
-    tell it from nothing. The acceleration is smoothed over ``span`` s, at a sample ``rate`` in Hz: what that takes of
-    an order is made up for, and orders that are too fast for it say nothing.
+    tell it from nothing. What the smoothing of the acceleration takes of an order is made up for, and orders that are
+    too fast for it say nothing.
     """
     product = square = left = 0.0
     freedom = 0
     for revolutions, shaking, hertz, models, plain in _looks(seen):
-        passed = _passed(rate, span, hertz)
+        passed = rates.passed(hertz)
         slow = np.all(passed >= PASSED, axis=0)
         shaking = shaking / np.where(slow, passed, 1.0)
         for line in significant_lines(revolutions, models, seed):
@@ -98,12 +124,6 @@ def inertia_from_orders(seen: Periodicity, rate: float, span: float, seed: int) 
     return inertia if inertia > criteria.TOLD * np.sqrt(variance) else None
 
 
-def _passed(rate: float, span: float, hertz: FloatArray) -> FloatArray:
-    """:func:`passed_by` at many frequencies, between those of a fine grid."""
-    fine = np.linspace(0.0, float(hertz.max(initial=1.0)), FINE)[1:]
-    return np.interp(hertz, fine, passed_by(rate, span, fine))
-
-
 Look = tuple[Revolutions, Complex, FloatArray, Sequence[Model], Sequence[Model]]
 
 
@@ -117,7 +137,7 @@ def _looks(seen: Periodicity) -> list[Look]:
     if seen.shaft:
         shaft, revolutions = shaft_revolutions(seen)
         shaking = np.array([s.shaking for s in shaft])
-        hertz = np.outer([s.hertz for s in shaft], np.arange(shaking.shape[1]))
+        hertz = np.array([_hertz(s) for s in shaft])
         out.append((revolutions, shaking, hertz, SHAFT_MODELS[:3], PLAIN))
         taken = {round(n * seen.ratio) for n in range(shaking.shape[1])}
     output = [s for s in seen.output if s.shaking.size]
@@ -126,7 +146,7 @@ def _looks(seen: Periodicity) -> list[Look]:
         revolutions = output_revolutions(output, seen.folds)
         revolutions.vectors[:, [f for f in range(revolutions.vectors.shape[1]) if f in taken]] = np.nan
         shaking = np.array([s.shaking for s in output])
-        hertz = np.outer([abs(s.velocity) / (2.0 * np.pi) for s in output], np.arange(shaking.shape[1]))
+        hertz = np.array([_hertz(s) for s in output])
         out.append((revolutions, shaking, hertz, OUTPUT_MODELS, OUTPUT_MODELS))
     return out
 

@@ -13,6 +13,7 @@ from bench.mismatch.orders.between import search_between
 from bench.mismatch.orders.calibrating import calibrate_all
 from bench.mismatch.orders.hidden import unhide
 from bench.mismatch.orders.joint import SETTLINGS, Evidence, settled
+from bench.mismatch.orders.look import HIGHEST_ORDER
 from bench.mismatch.orders.model import KnownOffset, TransmissionModel, floor_of, with_noise
 from bench.mismatch.orders.offset_problem import offset_alone, offset_problem, wavering
 from bench.mismatch.orders.revolutions import Seen, looks, seen
@@ -140,17 +141,24 @@ def find_orders(model: TransmissionModel, y: FloatArray, seed: int) -> None:
     if stage is not None and model.price is None:
         model.nulls = stage.maxima(seed, False)
         model.price = tail(model.nulls, criteria.ERROR_RATE_OF_A_CHANNEL)
+    # an order beyond half the rows of a revolution may be the shadow of a lower one, until that is found
+    highest = np.inf if stage is None else stage.highest
     for _ in range(ROUNDS if model.price is not None else 0):
         assert model.price is not None
         model.noise = slow.mixture(now, model.revolutions, rows, rows.within, usual_rate(rows.frame))
-        fresh = search(now, model.revolutions, model.train, now.orders, floor_of(model), model.price)
+        fresh = search(now, model.revolutions, model.train, now.orders, floor_of(model), model.price, highest)
         fresh = [w for w in fresh if w.order not in found]
         if not fresh and unhide(now, known, found, Evidence(model.revolutions, model.train, model.price)):
             now = look(found)
             continue
         if not fresh:
             # with its number an order between two follows what a whole one does with the state: whole ones come first
-            fresh = search_between(now, model.revolutions, model.train, now.orders, floor_of(model), model.price)
+            fresh = search_between(
+                now, model.revolutions, model.train, now.orders, floor_of(model), model.price, highest
+            )
+        if not fresh and highest < HIGHEST_ORDER:
+            highest = np.inf
+            continue
         if not fresh:
             break
         found |= {w.order: w for w in fresh}

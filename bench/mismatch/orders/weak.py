@@ -94,11 +94,12 @@ def search(
     fitted: Sequence[float],
     floor: float,
     price: float,
+    highest: float = np.inf,
 ) -> list[WeakOrder]:
     """Orders that stand in the training revolutions beside those that are ``fitted`` already; strongest first.
 
     ``floor``: noise of a sample, rad: what adds next to nothing to it is passed over. ``price``: what noise
-    gains (:meth:`Stage.maxima`).
+    gains (:meth:`Stage.maxima`). ``highest``: order up to which they are looked for.
     """
     stage = Stage.of(seen, revolutions, train)
     if stage is None:
@@ -107,7 +108,7 @@ def search(
     # an order between the whole ones takes none of them away
     whole = [round(f) for f in fitted if f < usable.size - 0.5 and abs(f - round(f)) <= 0.5 / PARTS]
     usable[[0, *whole]] = False
-    usable[int(stage.highest) + 1 :] = False
+    usable &= np.arange(usable.size) <= highest
     gain, which = stage.gains(stage.vectors)
     # what is strong leaks into its neighbours until it has been fitted: only summits are taken in one round
     gain = np.where(usable, gain, -np.inf)
@@ -162,11 +163,13 @@ class Stage:
 
     @property
     def highest(self) -> float:
-        """Order beyond which each is folded onto a lower one in all revolutions: half the rows of a revolution, where
-        they are closest.
+        """Order beyond which each looks like a lower one within a revolution: half its rows, where they are closest.
+        Only revolutions that begin at other angles, or have other speeds, distinguish the two.
         """
         turned = (max(abs(t.velocity) * t.duration, 1e-12) / (2.0 * np.pi) for t in self.revolutions)
-        return 0.5 * max((t.rows.stop - t.rows.start) / by for t, by in zip(self.revolutions, turned, strict=True))
+        return float(
+            0.5 * max((t.rows.stop - t.rows.start) / by for t, by in zip(self.revolutions, turned, strict=True))
+        )
 
     def shape_at(self, order: float) -> float:
         """Shape of the noise at an order."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bench.mismatch import criteria
 from bench.mismatch.recordings.level import confirmed
 from bench.mismatch.recordings.smoothing import WINDOWS_S, local_quadratic, repaired, span_for, window
-from bench.mismatch.recordings.window import ANGLE, VELOCITY, Rates, best_rates
+from bench.mismatch.recordings.window import ANGLE, RECORDED, Rates, best_rates
 from bench.recording import Recording
 from bench.simulation.frame import FloatArray, Frame
 
@@ -29,6 +29,14 @@ SLOW = 0.02
 """of the fastest speed, below which motion counts as standing"""
 SURELY = 4.0
 """standard deviations of the noise of a speed, beyond which its sign is that of the motion"""
+LONGER = 4
+"""times the window of the rates: over so long what is slow by intent has hardly changed, and noise is averaged out"""
+ENCODER_STEPS = 1.5
+"""of the encoder in a window, which a shaft at rest may seem to turn: one that comes and goes, and what rounds it"""
+SMALLEST = 0.05
+"""of the steps of an angle that moves: one of a coarse encoder, and next to nothing of a fine one"""
+FEWEST_SAMPLES = 100
+"""of a recording, from which its noise is told"""
 NOTED = 0.05
 """of the samples in motion, from which it is said that they are not compared"""
 
@@ -147,29 +155,38 @@ def resolved_speed(recording: Recording, manner: Manner) -> float:
     """Speed in rad/s (a linear axis: m/s) below which the direction of one recording's motion is not told.
 
     That of the folder, but for a recording in free motion that never moves ten times as fast, which is slow by intent:
-    a fiftieth of its fastest speed, where the noise of the rates, by third differences, lets that be told.
+    a fiftieth of its fastest speed, where the rates resolve that.
     """
     fastest = _fastest(recording) if manner.free else np.inf
-    if fastest > FASTER * manner.standstill:
+    if not 0.0 < fastest <= FASTER * manner.standstill or recording.size < FEWEST_SAMPLES:
         return manner.standstill
-    return min(manner.standstill, max(SLOW * fastest, SURELY * _noise_of_speed(recording, manner)))
+    return min(manner.standstill, max(SLOW * fastest, _resolution(recording, manner)))
 
 
-def _noise_of_speed(recording: Recording, manner: Manner) -> float:
-    """Standard deviation of the smoothed speed in rad/s (a linear axis: m/s)."""
+def _resolution(recording: Recording, manner: Manner) -> float:
+    """Speed in rad/s (a linear axis: m/s) whose sign the rates of a recording surely tell: beyond what they differ from
+    rates of a longer window, which a motion that is slow by intent has as well, and beyond a step of the encoder.
+    """
     rate = float(recording.sample_rate)
     width = window(rate, manner.smoothing)
-    if manner.source == ANGLE and "motor_angle" in recording.specs:
-        return _white(_angle(recording)) * rate * float(np.sqrt(12.0 / width**3))
-    noise = _white(recording.si("motor_velocity")) if "motor_velocity" in recording.specs else np.inf
-    return noise / float(np.sqrt(width)) if manner.source == VELOCITY else noise
-
-
-def _white(values: FloatArray) -> float:
-    """Standard deviation of what neighbours in a signal do not share; infinite of fewer than four values."""
-    thirds = np.diff(values, 3)
-    thirds = thirds[np.isfinite(thirds)]
-    return float(np.std(thirds)) / float(np.sqrt(20.0)) if thirds.size else np.inf
+    step, slow = 0.0, None
+    if "motor_angle" in recording.specs:
+        angle = _angle(recording)
+        steps = np.abs(np.diff(angle))
+        steps = steps[steps > 0.0]
+        # without its mean: after many revolutions sums of squares would lose the last digits
+        slow = local_quadratic(angle - angle.mean(), rate, LONGER * width / rate)[1]
+        step = ENCODER_STEPS * (float(np.quantile(steps, SMALLEST)) if steps.size else 0.0) * rate / width
+    if manner.source == ANGLE and slow is not None:
+        quick = local_quadratic(angle - angle.mean(), rate, manner.smoothing)[1]
+    elif "motor_velocity" in recording.specs:
+        speed = recording.si("motor_velocity")
+        quick = repaired(speed, ~np.isfinite(speed))
+        slow = local_quadratic(quick, rate, LONGER * width / rate)[0] if slow is None else slow
+        quick = quick if manner.source == RECORDED else local_quadratic(quick, rate, manner.smoothing)[0]
+    else:
+        return np.inf
+    return max(SURELY * float(np.sqrt(np.mean((quick - slow) ** 2))), step)
 
 
 def corners(acceleration: FloatArray, rate: float, span: float, free: bool = False) -> NDArray[np.bool_]:
@@ -243,9 +260,9 @@ def slowly(frame: Frame, manner: Manner) -> list[str]:
     share = float(frame.count[moving & (frame.direction == 0)].sum()) / all_of_it if all_of_it > 0.0 else 0.0
     if share < NOTED:
         return []
-    slow = f" ({SLOW:g} of its fastest speed in a recording that never moves {FASTER:g} times as fast)" * manner.free
+    less = ", in slow recordings than their rates resolve," if manner.free else ""
     return [
-        f"in {share:.2g} of the samples in motion the motor is slower than {manner.standstill:.2g} rad/s{slow} or turns"
+        f"in {share:.2g} of the samples in motion the motor is slower than {manner.standstill:.2g} rad/s{less} or turns"
         " round: which way it turns is not told there, and what friction depends on is not compared"
     ]
 

@@ -26,6 +26,7 @@ from bench.simulation.quantities import (
     QUANTITIES,
     READ,
     WORKED,
+    kind_of,
     quantity,
     without_a_jump,
 )
@@ -59,6 +60,8 @@ KNOTS_OF_SEVERAL = {2: ((5, 5), (9, 3), (3, 9)), 3: ((4, 4, 4),)}
 """knots of each quantity in functions of two, and of three: alike, or close in one and coarse in the other"""
 EACH_KNOT = 3
 """recordings to each knot of a function of time, at least: a drift goes through several"""
+WIDEST_SPRING = 1.0
+"""rad: swing up to which a straight line over the angle is asked for; beyond, gravity bends it"""
 _STRAIGHT = (ANGLE, ABOUT_ZERO, "time", "elapsed", "load", "torque", "temperature")
 """quantities of which a straight line is tried as well: fewer numbers than a table"""
 
@@ -295,6 +298,8 @@ def free_candidates(channel: str, frame: Frame, straight: bool = False, states: 
         # denser than the recordings, a function of time only says which recording it is
         most = max(recordings // EACH_KNOT, 2) if name == "time" else KNOTS[-1]
         line = ends(quantity(name, frame)) if straight and name in _STRAIGHT else None
+        if line is not None and kind_of(name) == ANGLE and line[1] - line[0] > WIDEST_SPRING:
+            line = None
         if line is not None:
             grids = tuple(Grid((name,), times, (line,)) for times in factors)
             yield Free(channel, grids, by_definition(channel, name, factors))

@@ -204,7 +204,7 @@ def _with_another(search: Search, first: Chosen) -> float | None:
             continue
         if orphaned(regressor, known, model.problem.lacking):
             continue
-        if set(regressor.variables) & set(first.main.regressor.variables):
+        if set(kinds(regressor)) & set(kinds(first.main.regressor)):
             continue
         if isinstance(regressor, Named):
             second = shaped(at, chosen, regressor)

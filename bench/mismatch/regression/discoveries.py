@@ -26,7 +26,7 @@ from bench.mismatch.regression.slots import Contender, Slot
 from bench.mismatch.regression.spells import spell_of
 from bench.mismatch.regression.state import Search
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.quantities import ANGLE, QUANTITIES, factor, kind_of
+from bench.simulation.quantities import ANGLE, QUANTITIES, factor, kind_of, quantity, without_a_jump
 
 MODULATES = ("1", "last_d", "load_motor", "tau", "w")
 """factors that a function of the output angle may be multiplied with"""
@@ -81,11 +81,11 @@ def _discovery(
             f"{regressor.words}: its numbers stand at an end of their range, or may be nothing by their standard"
             " deviations; the confidence in the name is halved"
         )
-    elif status == NAMED and is_a_parabola(model, tested):
+    elif status == NAMED and no_better_than_a_parabola(model, tested):
         sure = criteria.EITHER
         model.notes.append(
-            f"{regressor.words}: over the angles that were run a parabola over the angle, as of a spring, says the same"
-            " within the noise; the confidence in the name is halved"
+            f"{regressor.words}: over the angles that were run a parabola over the angle, such as a spring's straight"
+            " line, describes the recordings as well within the noise; the confidence in the name is halved"
         )
     return Discovery(
         effect=tested.effect,
@@ -207,20 +207,23 @@ def sure_of_name(status: str, at_the_end: bool, coefficients: FloatArray, covari
     return criteria.EITHER if status == NAMED and not sure else 1.0
 
 
-def is_a_parabola(model: ChannelModel, tested: Chosen) -> bool:
-    """Whether a named wave over the output angle is a parabola over it in the rows that are fitted, but for less than
-    the noise tells: a sine of any size is, where the angle hardly varies.
+def no_better_than_a_parabola(model: ChannelModel, tested: Chosen) -> bool:
+    """Whether a parabola over the output angle, in place of a named wave over it, leaves no more of the fitted rows
+    than the wave does, but for less than the noise tells: a sine of any size is one, where the angle hardly varies.
     """
-    regressor, frame = tested.main.regressor, model.problem.rows.frame
+    regressor, bank = tested.main.regressor, model.bank
     if not isinstance(regressor, Named) or regressor.variables != (ANGLE,) or regressor.point:
         return False
-    q = frame.q - frame.q.mean()
-    course = model.contribution(tested, frame)
-    columns = np.column_stack([np.ones(frame.size), q, q**2, course])
-    white = model.bank.whitening.apply(columns[model.problem.train])
-    parabola = white[:, :-1] / np.maximum(np.linalg.norm(white[:, :-1], axis=0), 1e-300)
-    left = white[:, -1] - parabola @ np.linalg.lstsq(parabola, white[:, -1], rcond=None)[0]
-    return bool(left @ left < criteria.TOLD**2)
+    q = quantity(without_a_jump(ANGLE, model.problem.rows.frame), model.problem.rows.frame)[model.problem.train]
+    white = bank.whitening.apply(np.column_stack([np.ones(q.size), q - q.mean(), (q - q.mean()) ** 2]))
+    residual = bank.residual([i for b in model.blocks() for i in b.indices], model.fit.coefficients)
+    coefficients, _ = model.fit.of(tested.main.indices)
+    course = bank.columns.some(tested.main.indices) @ coefficients
+    left, said = (bank.less_offsets(values, model.fit.variance) for values in (residual, residual + course))
+    columns = np.column_stack([bank.less_offsets(one, model.fit.variance) for one in white.T])
+    columns /= np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    beside = said - columns @ np.linalg.lstsq(columns, said, rcond=1e-9)[0]
+    return bool(beside @ beside < left @ left + criteria.TOLD**2)
 
 
 def _window(chosen: Chosen, frame: Frame, coefficients: FloatArray) -> tuple[float, float] | None:

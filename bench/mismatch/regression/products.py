@@ -20,7 +20,7 @@ from bench.mismatch.regression.model import Block, Chosen, add_block
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor
 from bench.mismatch.regression.state import Search
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.quantities import quantity
+from bench.simulation.quantities import ANGLE, kind_of, quantity, without_a_jump
 from bench.simulation.tables import Grid
 from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE, TRANSMISSION_ERROR
 
@@ -73,7 +73,7 @@ def _products(search: Search) -> Iterator[Block]:
         first = free.grids
         if len(kinds) > 1 or "angle" in kinds:
             # both tables close, where one table of both has to be coarse
-            name = point.get(kinds[0], kinds[0])
+            name = without_a_jump(point.get(kinds[0], kinds[0]), frame)
             knots = _knots(name, frame)
             if knots is None:
                 continue
@@ -124,9 +124,10 @@ def _function(chosen: Chosen, frame: Frame | None = None) -> Free | None:
     if isinstance(regressor, Free):
         return replace(regressor, effect=UNKNOWN)
     assert isinstance(regressor, Named)
-    knots = None if frame is None else knots_of(quantity("angle", frame), KNOTS[1])
+    name = ANGLE if frame is None else without_a_jump(ANGLE, frame)
+    knots = None if frame is None else knots_of(quantity(name, frame), KNOTS[1])
     of = term.shape_of(regressor.channel, regressor.form)
-    grids = tuple(Grid((name,), times, (knots or (0.0, 1.0),)) for name, times in of)
+    grids = tuple(Grid((name,), times, (knots or (0.0, 1.0),)) for _, times in of)
     return Free(regressor.channel, grids) if grids else None
 
 
@@ -136,7 +137,7 @@ def _kinds(regressor: Regressor | None) -> tuple[str, ...]:
         return ()
     if any(type(g) is not Grid or not g.over or g.over != regressor.grids[0].over for g in regressor.grids):
         return ()
-    kinds = [_KIND.get(name, "") for name in regressor.grids[0].over]
+    kinds = [_KIND.get(kind_of(name), "") for name in regressor.grids[0].over]
     return tuple(sorted(kinds, key=_CLOSEST.index)) if all(kinds) else ()
 
 
@@ -167,7 +168,7 @@ def _knots(name: str, frame: Frame) -> tuple[float, ...] | None:
     if close is None:
         close = knots_of(values, KNOTS[1])
     # of the angle all values are driven, so that a table of it can be close
-    return halved(close, values) if name == "angle" and close is not None else close
+    return halved(close, values) if kind_of(name) == ANGLE and close is not None else close
 
 
 def _fitted(

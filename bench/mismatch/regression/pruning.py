@@ -259,7 +259,7 @@ def _way(one: Chosen) -> frozenset[str]:
 
 def _quantities(one: Chosen) -> set[str]:
     """What an effect depends on, loads and speeds without their signs."""
-    return {UNSIGNED.get(name, name) for name in one.main.regressor.variables}
+    return {UNSIGNED.get(name, name) for name in kinds(one.main.regressor)}
 
 
 def _that_add(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:

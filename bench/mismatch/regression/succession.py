@@ -22,6 +22,7 @@ from bench.mismatch.regression.slots import Contender, Slot, slots
 from bench.mismatch.regression.state import Search
 from bench.mismatch.regression.strength import active_size
 from bench.mismatch.regression.taken_over import without_taken_over
+from bench.simulation.quantities import kind_of
 
 
 def settle(search: Search) -> list[Slot]:
@@ -266,7 +267,9 @@ def _drawn_by_the_unknown(model: ChannelModel, effect: Chosen) -> bool:
         return False
     forms = set(regressor.term.shape_of(model.channel, regressor.form))
     free = (c.main.regressor for c in model.chosen if c.effect == UNKNOWN)
-    drawn = [{(name, grid.times) for grid in f.grids for name in grid.over} for f in free if isinstance(f, Free)]
+    drawn = [
+        {(kind_of(name), grid.times) for grid in f.grids for name in grid.over} for f in free if isinstance(f, Free)
+    ]
     return bool(forms) and any(forms <= functions for functions in drawn)
 
 

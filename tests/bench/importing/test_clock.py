@@ -91,6 +91,20 @@ def test_small_jitter_and_lost_samples_are_left_as_they_are(tmp_path: Path) -> N
     assert not any("clock" in note for note in done.notes)
 
 
+@pytest.mark.parametrize("taken", [True, False], ids=["taken at the stamps", "taken evenly, stamped late"])
+def test_stamps_that_shake_are_used_where_the_motion_is_smoother_over_them(tmp_path: Path, taken: bool) -> None:
+    even = np.arange(2000) / 100
+    time = even + np.random.default_rng(3).uniform(0.0, 2e-3, 2000)
+    angle = 3.0 * np.sin(2.0 * (time if taken else even))
+    builders.csv(tmp_path / "a.csv", t=np.round(time, 6), q=np.round(angle, 6))
+    done = builders.one(tmp_path, 'motor_angle = {variable = "q", unit = "rad"}')
+    resampled = any("were brought onto an even clock of 100 Hz" in note for note in done.notes)
+    assert resampled is taken
+    read = done.recording.si("motor_angle")
+    clock = time[0] + np.arange(read.size) / 100 if taken else even
+    assert np.abs(read - 3.0 * np.sin(2.0 * clock)).max() < 1e-3
+
+
 def test_a_recording_is_cut_at_gaps_where_the_mapping_says_so(tmp_path: Path) -> None:
     time = np.concatenate([np.arange(100), np.arange(500, 650)]) / 100
     builders.csv(tmp_path / "a.csv", t=time, M=range(250))

@@ -27,6 +27,7 @@ from bench.simulation.frame import FloatArray
 from bench.simulation.model import Simulation
 from fakes.concealed.design import Design
 from fakes.concealed.recordings import generate_recordings
+from tests.program import bench
 
 EFFECT, CHANNEL = "friction.stribeck", "motor_torque"
 RATE = 125.0
@@ -249,7 +250,12 @@ def test_alternatives_were_refitted(clear: Compared) -> None:
 
 
 def test_what_was_found_is_not_found_again(clear: Compared, tmp_path: Path) -> None:
-    again = run(clear.folder, tmp_path, clear.out / "model.json").to_json()
+    # by the program, as the README does it
+    asked = ["mismatch", str(clear.folder), "--out", str(tmp_path), "--simulation", str(clear.out / "model.json")]
+    done = bench([*asked, "--json"])
+    assert done.code == 0, done.err
+    again = json.loads((tmp_path / "report.json").read_text("utf-8"))
+    assert json.loads(done.out) == again
     assert EFFECT not in {f["effect"] for f in again["findings"]}
     assert again["simulation"]["kind"] == "model"
     for channel in again["channels"]:

@@ -3,6 +3,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -18,11 +19,19 @@ from bench.recording import Recording
 from tests.fakes.concealed.test_effects import SMALL
 
 
+@lru_cache(maxsize=8)
+def _generated(case: Any) -> SimpleNamespace:
+    """The folder of a case; many tests write the same one, and its recordings are generated once."""
+    folder = concealed.open_folder(case)
+    recordings = tuple(folder.recordings())
+    return SimpleNamespace(truth=folder.truth, recordings=lambda: iter(recordings))
+
+
 class SmallExaminer:
     """The real examiner on a design of a few short recordings."""
 
     GROUPS = concealed.GROUPS
-    open_folder = staticmethod(concealed.open_folder)
+    open_folder = staticmethod(_generated)
     with_strength = staticmethod(concealed.with_strength)
 
     @staticmethod

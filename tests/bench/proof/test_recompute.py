@@ -14,7 +14,8 @@ import pytest
 from bench.errors import ProofError
 from bench.proof import make, recompute, seal
 from bench.recording import Recording
-from tests.bench.proof.conftest import SmallExaminer, each
+from fakes.concealed import open_folder
+from tests.bench.proof.conftest import each
 
 CHANNELS = {"transmission_error", "motor_torque", "temperature", "load_torque"}
 
@@ -24,7 +25,7 @@ def nature(made: SimpleNamespace) -> SimpleNamespace:
     """Ideal signals of the clear folder by recording, its truth and its recordings."""
     truth = seal.read_truth(made.truths["clear"])
     folder = made.out / make.RECORDINGS / truth["folder"]
-    campaign = SmallExaminer.open_folder(made.clear).campaign
+    campaign = open_folder(made.clear).campaign
     ids = list(truth["noise_by_recording"])  # in running order
     ideal = dict(zip(ids, campaign.run(500.0), strict=True))
     return SimpleNamespace(truth=truth, folder=folder, ideal=ideal)

@@ -70,7 +70,9 @@ def _apply(descriptor: int, write: tuple[int, bytes] | int) -> None:
         os.write(descriptor, write[1])
 
 
-@pytest.mark.parametrize(("chunk_rows", "rows", "channels"), [(4, 4 * 70, 3), (1, 70, 2), (1, 3700, 2)])
+@pytest.mark.parametrize(
+    ("chunk_rows", "rows", "channels"), [(4, 4 * 70, 3), (1, 70, 2), pytest.param(1, 3700, 2, marks=pytest.mark.slow)]
+)
 def test_every_state_on_disk_is_readable(
     disk: _Disk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, chunk_rows: int, rows: int, channels: int
 ) -> None:

@@ -54,12 +54,16 @@ def _between_reversals(frame: Frame) -> float:
 
 
 def _in_a_row(frame: Frame) -> float:
-    """Median distance at the motor's shaft from row to row just after reversals; 0 where there are none."""
+    """Distance at the motor's shaft from row to row just after reversals, in the finer of the recordings; 0 where there
+    are none.
+    """
     step = np.abs(np.diff(frame.theta, prepend=frame.theta[0])) * frame.ratio
     just = (frame.reversed_before > 0) & (frame.reversal_time < JUST_AFTER_S) & (frame.direction != 0)
     just[0] = False
     just[1:] &= frame.recording[1:] == frame.recording[:-1]
-    return float(np.median(step[just])) if just.any() else 0.0
+    of = frame.recording[just]
+    each = [float(np.median(step[just][of == number])) for number in np.unique(of)]
+    return float(np.quantile(each, 0.25)) if each else 0.0
 
 
 def _springs(between: Between) -> Columns:

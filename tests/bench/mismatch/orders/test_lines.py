@@ -51,3 +51,14 @@ def test_friction_is_none_of_the_torque_sensor() -> None:
     """What changes its sign with the direction behind the sensor has no name there."""
     assert name_of(LOAD_TORQUE, 1, "d") == "unknown"
     assert name_of(LOAD_TORQUE, 2, "tau") == "unknown"
+
+
+@pytest.mark.parametrize("order", [1, 2, 30, 60])
+def test_a_strong_order_is_no_noise_at_either_end_of_those_that_are_looked_at(order: int) -> None:
+    given = revolutions(0.0, 0.0)
+    vectors = given.vectors.copy()
+    vectors[:, order] += 8.0 * NOISE
+    few = np.arange(8)
+    shown = Revolutions(vectors[few], given.sigma[few], {k: v[few] for k, v in given.factors.items()}, few)
+    found = significant_lines(shown, OUTPUT_MODELS, 0)
+    assert [line.order for line in found] == [order]

@@ -34,7 +34,7 @@ def test_a_whole_order_is_found_beside_a_fitted_one_that_is_none(
     """Of an order that is fitted nothing is left; of its neighbour everything."""
     rng = np.random.default_rng(5)
     revolutions = [
-        Revolution(k, slice(0, 0), 100.0 * (k % 5), 0.1, 25.0 + k % 3, 0.0, 1.0, 1.0, 60.0) for k in range(TURNS)
+        Revolution(k, slice(0, 4000), 100.0 * (k % 5), 0.1, 25.0 + k % 3, 0.0, 1.0, 1.0, 60.0) for k in range(TURNS)
     ]
     drawn = rng.normal(size=(2, TURNS, ORDERS))
     left: Complex = np.asarray(NOISE * (drawn[0] + 1j * drawn[1]), dtype=np.complex128)
@@ -45,13 +45,33 @@ def test_a_whole_order_is_found_beside_a_fitted_one_that_is_none(
     assert [w.order for w in shown] == found
 
 
+@pytest.mark.parametrize(("rows", "found"), [(100, []), (130, [60.0])])
+def test_an_order_beyond_half_the_rows_of_a_revolution_is_none(rows: int, found: list[float]) -> None:
+    """There it is folded onto another one, of which it is the shadow."""
+    rng = np.random.default_rng(5)
+    revolutions = [
+        Revolution(k, slice(0, rows), 100.0 * (k % 5), 0.1, 25.0 + k % 3, 0.0, 1.0, 1.0, 20.0 * np.pi)
+        for k in range(TURNS)
+    ]
+    drawn = rng.normal(size=(2, TURNS, ORDERS))
+    left: Complex = np.asarray(NOISE * (drawn[0] + 1j * drawn[1]), dtype=np.complex128)
+    left[:, 60] += 2e-6
+    seen = Seen(
+        (), np.zeros((TURNS, 0), dtype=complex), left, np.full((TURNS, ORDERS), NOISE), np.full(TURNS, 4e-6), ()
+    )
+    shown = search(seen, revolutions, np.ones(TURNS, dtype=bool), (), 1e-7, 15.0)
+    assert [w.order for w in shown] == found
+
+
 def of_lengths(count: int) -> tuple[list[Revolution], list[FloatArray]]:
     """Turns of a little more than a revolution each, from any angle on; their angles (n,)."""
     rng = np.random.default_rng(7)
     revolutions, angles = [], []
     for k in range(count):
         length = 2.0 * np.pi * rng.uniform(1.03, 1.2)
-        revolutions.append(Revolution(k, slice(0, 0), 100.0 * (k % 5), 0.1, 25.0 + k % 3, 0.0, 1.0, 1.0, length / 0.1))
+        revolutions.append(
+            Revolution(k, slice(0, 4000), 100.0 * (k % 5), 0.1, 25.0 + k % 3, 0.0, 1.0, 1.0, length / 0.1)
+        )
         angles.append(rng.uniform(0.0, 40.0) + np.linspace(0.0, length, 4000))
     return revolutions, angles
 

@@ -11,9 +11,10 @@ from bench.mismatch.outcomes import impossible_numbers
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.alone import alone
 from bench.mismatch.regression.beside import free_function, sound_beside
+from bench.mismatch.regression.candidates import free_candidates
 from bench.mismatch.regression.copies import copies, notes_of
 from bench.mismatch.regression.description import description
-from bench.mismatch.regression.discoveries import is_a_parabola
+from bench.mismatch.regression.discoveries import no_better_than_a_parabola
 from bench.mismatch.regression.equivalent import heirs_of
 from bench.mismatch.regression.heredity import laws, orphaned, without, without_laws
 from bench.mismatch.regression.model import Block, Chosen, add_block, left_by
@@ -317,16 +318,58 @@ def test_a_table_that_is_off_a_name_by_no_more_than_its_form_has_that_name(
     gravity = named("load.unbalance", MOTOR_TORQUE, "gravity")
     tables = (b for b in search.blocks if isinstance(b.regressor, Free) and b.regressor.times == ("1",))
     # the coarser of two tables, which is off by its knots as well
-    table = next(b for b in tables if b.regressor.variables == ("angle",) and b.regressor.numbers > 1)
+    table = next(b for b in tables if b.regressor.variables == ("angle_about_zero",) and b.regressor.numbers > 1)
     contenders = (free_function(search, [], table), Chosen(add_block(model.problem, model.bank, gravity)))
     assert heirs_of(model, [], contenders) == (heirs, False)
 
 
-@pytest.mark.parametrize(("size", "parabola"), [(0.03, True), (1.0, False)], ids=["hardly varies", "varies"])
-def test_a_sine_of_an_angle_that_hardly_varies_is_no_surer_than_a_spring(size: float, parabola: bool) -> None:
+@pytest.mark.parametrize(
+    ("size", "spring", "parabola"),
+    [(0.03, 0.0, True), (1.0, 0.0, False), (0.03, 20.0, True), (0.15, 10.0, True)],
+    ids=["hardly varies", "varies", "a spring", "a spring further"],
+)
+def test_a_sine_of_an_angle_that_hardly_varies_is_no_surer_than_a_spring(
+    size: float, spring: float, parabola: bool
+) -> None:
     frame = swinging(size=size)
-    gravity = 2.0 * np.sin(frame.q / (1.0 if size > 0.1 else 0.1))
-    y = plain(frame) + gravity + noise(frame)
+    weight = spring * frame.q if spring else 20.0 * np.sin(frame.q)
+    # the noise beside whatever describes the weight best, and the sine in place of that
+    model = searched(asked(frame, plain(frame) + weight + noise(frame), *NOMINAL)).model
+    gravity = named("load.unbalance", MOTOR_TORQUE, "gravity")
+    found = Chosen(add_block(model.problem, model.bank, gravity))
+    model = replace(model, chosen=[found], fit=replace(model, chosen=[found]).refitted([found]))
+    assert no_better_than_a_parabola(model, found) == parabola
+
+
+@pytest.mark.parametrize(
+    ("middle", "name"), [(0.0, "angle_about_zero"), (np.pi, "angle")], ids=["about zero", "opposite"]
+)
+def test_a_function_of_the_angle_does_not_jump_where_a_joint_swings_about_zero(middle: float, name: str) -> None:
+    frame = swinging(size=0.3)
+    frame = replace(frame, theta=frame.theta + middle, q=frame.q + middle)
+    tables = [c for c in free_candidates(MOTOR_TORQUE, frame, straight=True) if c.variables[0].startswith("angle")]
+    assert {c.variables for c in tables} == {(name,)}
+    assert {c.effect for c in tables if c.times == ("d",)} == {"friction.position_dependent"}
+    stop = np.maximum(frame.q - middle - 0.1, 0.0)
+    y = plain(frame) + 5.0 * stop + noise(frame)
     model = searched(asked(frame, y, "friction.coulomb", "friction.viscous", "motor.inertia")).model
-    (found,) = [c for c in model.chosen if c.effect == "load.unbalance"]
-    assert is_a_parabola(model, found) == parabola
+    assert {c.main.regressor.variables for c in model.chosen if isinstance(c.main.regressor, Free)} == {(name,)}
+    assert np.std(left_by(model)) < 1.3 * np.std(left_by(model)[frame.q[model.problem.train] < middle])
+
+
+def test_how_friction_builds_up_is_asked_as_closely_as_the_finer_recordings_tell() -> None:
+    (form,) = (f for f in LIBRARY["friction.presliding"].forms[MOTOR_TORQUE] if f.name == "reversal")
+
+    def reversing(frame: Frame, slower: float) -> Frame:
+        return replace(
+            frame,
+            theta=frame.theta / slower,
+            reversal_time=np.zeros(frame.size),
+            reversed_before=np.ones(frame.size),
+            reversal_travel=np.abs(frame.theta - np.roll(frame.theta, 20)) / slower,
+        )
+
+    slow, fast = reversing(swinging(), 100.0), reversing(swinging(), 1.0)
+    both = concatenate([slow, replace(fast, recording=fast.recording + int(slow.recording.max()) + 1)])
+    ends = [min(point[0] for point in form.grid(frame)) for frame in (slow, both, fast)]
+    assert ends[0] < 1.5 * ends[1] < 0.1 * ends[2]

@@ -128,8 +128,9 @@ def test_a_formula_with_which_recordings_held_out_are_predicted_worse_is_not_tol
 def test_the_same_recordings_give_the_same_formula() -> None:
     pytest.importorskip("pyoperon")
     rows = []
-    for _ in range(2):
-        search, slots, _ = _searched.__wrapped__(LAWS["saturation"][0])  # anew
+    # as the other tests have it, and once more
+    for searching in (found, _searched.__wrapped__):
+        search, slots, _ = searching(LAWS["saturation"][0])
         formula.in_formulas(search, slots, {"pressure": "bar"})
         equation, coefficients = the_equation(search)
         rows.append(equation.row(coefficients, np.zeros(coefficients.size)))
