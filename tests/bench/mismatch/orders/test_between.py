@@ -53,6 +53,14 @@ def found(number: int, travelled: float, *waves: tuple[float, float, float]) -> 
     return search_between(now, revolutions, train, (), NOISE, PRICE)
 
 
+def test_an_order_beyond_those_that_are_looked_for_is_not_found() -> None:
+    now, revolutions = shown(13, 2.0, np.array([(40.5, 20.0 * NOISE, 0.7)]))
+    train = np.ones(13, dtype=bool)
+    for highest, orders in ((40.0, []), (41.0, [40.5])):
+        lines = search_between(now, revolutions, train, (), NOISE, PRICE, highest)
+        assert [line.order for line in lines] == pytest.approx(orders, abs=1e-3)
+
+
 @pytest.mark.parametrize("order", [87.0 / 26.0, 2.0 * 87.0 / 26.0, 13.0 / 24.0 + 20.0])
 def test_a_wheel_that_turns_no_simple_number_of_times_is_found_where_it_is(order: float) -> None:
     (line,) = found(13, 2.0, (order, 20.0 * NOISE, 0.7))

@@ -46,8 +46,8 @@ def test_a_whole_order_is_found_beside_a_fitted_one_that_is_none(
 
 
 @pytest.mark.parametrize(("rows", "found"), [(100, []), (130, [60.0])])
-def test_an_order_beyond_half_the_rows_of_a_revolution_is_none(rows: int, found: list[float]) -> None:
-    """There it is folded onto another one, of which it is the shadow."""
+def test_an_order_beyond_half_the_rows_of_a_revolution_waits_for_lower_ones(rows: int, found: list[float]) -> None:
+    """It may be the shadow of one."""
     rng = np.random.default_rng(5)
     revolutions = [
         Revolution(k, slice(0, rows), 100.0 * (k % 5), 0.1, 25.0 + k % 3, 0.0, 1.0, 1.0, 20.0 * np.pi)
@@ -59,8 +59,12 @@ def test_an_order_beyond_half_the_rows_of_a_revolution_is_none(rows: int, found:
     seen = Seen(
         (), np.zeros((TURNS, 0), dtype=complex), left, np.full((TURNS, ORDERS), NOISE), np.full(TURNS, 4e-6), ()
     )
-    shown = search(seen, revolutions, np.ones(TURNS, dtype=bool), (), 1e-7, 15.0)
-    assert [w.order for w in shown] == found
+    train = np.ones(TURNS, dtype=bool)
+    stage = Stage.of(seen, revolutions, train)
+    assert stage is not None
+    assert stage.highest == pytest.approx(rows / 2.0)
+    assert [w.order for w in search(seen, revolutions, train, (), 1e-7, 15.0, stage.highest)] == found
+    assert [w.order for w in search(seen, revolutions, train, (), 1e-7, 15.0)] == [60.0]
 
 
 def of_lengths(count: int) -> tuple[list[Revolution], list[FloatArray]]:
