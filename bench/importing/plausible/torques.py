@@ -22,6 +22,8 @@ _LEAST_FACTOR, _MOST_FACTOR = 0.4, 2.5
 """Factors of the load torque in the motor's, over the ratio, outside of which a scale is wrong for sure."""
 _GAIN = 0.3
 """How far this factor may be from 1 without a note: a plain gearbox loses less than that."""
+_LEVEL = 0.1
+"""Standard deviation of a load over its size, up to which it is constant."""
 _WITH_CARE = 2.0
 """Standard deviations by which the factor has to be farther than that."""
 
@@ -38,6 +40,12 @@ def torques(table: ChannelTable, ratio: float, where: str, wanted: Mapping[str, 
         if any("channels.load_torque" in sentence for sentence in found):
             return found  # the load motor's torque is compared with the load torque, which is wrong itself
     return [*found, *_load_side(values, ratio, where, linear=table.linear)]
+
+
+def _varies(load: FloatArray) -> bool:
+    """Whether a load varies: a constant one is not told from a zero that is off, so nothing tells its factor."""
+    finite = load[np.isfinite(load)]
+    return bool(finite.size and np.std(finite) > _LEVEL * np.sqrt(np.mean(finite**2)))
 
 
 def _averaged(values: dict[str, FloatArray], ratio: float, *names: str, positioned: bool = True) -> Blocks | None:
@@ -65,13 +73,14 @@ def _motor_side(
     table: ChannelTable, values: dict[str, FloatArray], ratio: float, where: str, *, current: bool
 ) -> Iterator[str]:
     """The motor's torque accelerates it, turns it against friction, and carries the load."""
-    load = next((name for name in ("load_torque", "load_motor_torque") if name in values), None)
+    recorded = next((name for name in ("load_torque", "load_motor_torque") if name in values), None)
+    load = recorded if recorded is not None and _varies(values[recorded]) else None
     found = _law_of_motor(table, values, ratio, load)
     if found is None or found.law.share < _EXPLAINED:
         return
     fit = found.law
     unit = "kg" if table.linear else "kg·m²"
-    driven = _unless(found, load)
+    driven = _unless(found, recorded)
     beside = f" beside what {_listed(found.taken)} do{'es' if len(found.taken) == 1 else ''}" if found.taken else ""
     if load == "load_torque" and fit.load is not None and abs(fit.load_t) > SURE:
         yield from _load(fit.load * ratio, ratio, where, current=current)
@@ -182,7 +191,7 @@ def gain_note(table: ChannelTable, ratio: float, wanted: Mapping[str, PartMappin
     by so much that it cannot be; None where it is not, or is not known well.
     """
     values = {name: channel.si for name, channel in table.channels.items()}
-    if not {"motor_angle", "motor_torque", "load_torque"} <= values.keys():
+    if not {"motor_angle", "motor_torque", "load_torque"} <= values.keys() or not _varies(values["load_torque"]):
         return None
     found = _law_of_motor(table, values, ratio, "load_torque")
     if found is None or found.law.share < _EXPLAINED or found.law.load is None or abs(found.law.load_t) < SURE:

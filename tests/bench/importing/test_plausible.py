@@ -368,3 +368,22 @@ def test_the_set_value_of_a_controller_is_no_other_axis(tmp_path: Path, name: st
     noise = np.random.default_rng(9).normal(0.0, 0.02, count)
     builders.csv(tmp_path / "a.csv", t=time, q=angle, M=torque + noise, p=asked)
     assert builders.one(tmp_path, _PLAIN, aux=f'{name} = {{variable = "p", unit = "rad"}}').warnings == ()
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_load_that_keeps_its_level_tells_no_factor(tmp_path: Path, sign: float) -> None:
+    """A weight that is lifted and lowered, and a torque whose zero is off by half of what that needs."""
+    rng = np.random.default_rng(4)
+    time = np.arange(6000) / 200
+    speed = 20 * np.sin(1.1 * time)
+    angle = np.concatenate(([0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) / 200)))
+    weight = np.full(time.size, 80.0)
+    torque = 2e-3 * np.gradient(speed, time) + 0.02 * speed + 0.4 * np.sign(speed) + weight / _RATIO
+    noise = rng.normal(0, 0.05, (2, time.size))
+    builders.csv(tmp_path / "a.csv", t=time, q=angle, M=torque - 0.8 + noise[0], L=sign * weight + noise[1])
+    kept = "\n".join(
+        line for line in _CHANNELS.splitlines() if re.match("(motor_angle|motor_torque|load_torque) ", line)
+    )
+    done = builders.one(tmp_path, kept, ratio=f"{_RATIO}")
+    assert not done.warnings
+    assert not [note for note in done.notes if "times in motor_torque" in note]
