@@ -60,11 +60,14 @@ def why_not_in_order(time: FloatArray, location: Location) -> str | None:
 @dataclass(frozen=True, slots=True)
 class Evenness:
     """How even a clock is: usual ``step`` in s; ``even`` (lost samples allowed), and whether it ``shakes``
-    nevertheless by more than rounding; ``gaps`` indices after a gap."""
+    nevertheless by more than rounding; ``lost`` samples by the time between those that are there, gaps left out;
+    ``gaps`` indices after a gap.
+    """
 
     step: float
     even: bool
     shakes: bool
+    lost: int
     gaps: NDArray[np.int64]
     shortest: float
     longest: float
@@ -79,13 +82,17 @@ def evenness(time: FloatArray) -> Evenness:
     gaps = np.flatnonzero(steps > GAP * usual) + 1
     inside = steps[steps <= GAP * usual]
     # samples that were lost leave whole numbers of steps, which is no unevenness
-    off = np.abs(inside / usual - np.maximum(np.round(inside / usual), 1.0))
+    whole = np.maximum(np.round(inside / usual), 1.0)
+    off = np.abs(inside / usual - whole)
     drift = np.abs(_drift(time, usual))
     shakes = bool(off.size and np.max(off) > _WHOLE)
     even = not shakes or bool(np.max(off) <= _JITTER and np.max(drift) <= _JITTER)
     mean = float(inside.mean()) if inside.size else usual
     mean = mean if abs(mean / usual - 1.0) < _SHAKEN else usual
-    return Evenness(usual, even, shakes, gaps, float(steps.min()), float(inside.max()) if inside.size else usual, mean)
+    lost = int(np.sum(whole - 1.0))
+    return Evenness(
+        usual, even, shakes, lost, gaps, float(steps.min()), float(inside.max()) if inside.size else usual, mean
+    )
 
 
 def _drift(time: FloatArray, usual: float) -> FloatArray:

@@ -271,6 +271,8 @@ def _regular(table: ChannelTable, mapping: Mapping, file: Path) -> None:
         return
     moved = [table.channels[name].si for name in _MOVES if name in table.channels]
     by_stamps = found.even and found.shakes and mapping.irregular == "resample" and sampled_when_stamped(time, moved)
+    if found.even and found.lost:
+        table.notes.append(f"by the time stamps {found.lost} of {time.size + found.lost} samples are missing")
     if (found.even and not by_stamps) or mapping.irregular == "keep":
         if not found.even:
             table.notes.append(f"steps of time differ ({found.shortest:g} to {found.longest:g} s) and were kept so")

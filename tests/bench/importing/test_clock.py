@@ -89,6 +89,7 @@ def test_small_jitter_and_lost_samples_are_left_as_they_are(tmp_path: Path) -> N
     done = builders.one(tmp_path, _CHANNEL)
     assert done.recording.size == 497
     assert not any("clock" in note for note in done.notes)
+    assert any("by the time stamps 3 of 500 samples are missing" in note for note in done.notes)
 
 
 @pytest.mark.parametrize("taken", [True, False], ids=["taken at the stamps", "taken evenly, stamped late"])
