@@ -28,6 +28,10 @@ ERROR_RATE = 0.01
 """chance of a false finding in a folder without any, chosen once"""
 ERROR_RATE_OF_A_CHANNEL = ERROR_RATE / 4.0
 """the same in one of four channels"""
+ERROR_RATE_OF_A_LOOK = ERROR_RATE_OF_A_CHANNEL / 5.0
+"""the same for one of the kinds of structure that are looked for in what a channel leaves: bursts, scatter, levels or
+steps, ringing, tones (Bonferroni)
+"""
 SHAPE = 0.2
 """how far nature's form of an effect may be from the library's, over the effect's own size beyond what the simulation
 absorbs: standard deviation of the correction that stands beside each name"""

@@ -37,8 +37,8 @@ FEWEST_PERIODS = 0.5
 """within which it fades to 1/e: what fades sooner looks like something that settles"""
 FEWEST = 4
 """crossings, and windows of each kind, below which nobody can say that they are alike"""
-SURROGATES, MORE_SURROGATES = 199, 1800
-"""at first, and where these say that it is rare: a rate of 0.25 % is then counted"""
+SURROGATES, MORE_SURROGATES = 199, 5800
+"""at first, and where these say that it is rare: a rate of 0.05 % is then counted"""
 LENGTHS_S = (2.0, 1.5, 1.0)
 """of windows that are compared with each other"""
 MOST_GROUPS = 10
@@ -176,11 +176,13 @@ def after_crossings(recordings: Iterable[FineResidual], clear: float, fitted: Se
         # what decides is counted
         drawn = np.append(drawn, _surrogates(alike, MORE_SURROGATES, rng))
     p = tail_probability(drawn, gain)
-    if p > criteria.ERROR_RATE_OF_A_CHANNEL:
+    if p >= criteria.ERROR_RATE_OF_A_CHANNEL:
         return RingDown(p)
     of_others = _chance_without_the_loudest(alike, rng)
     if of_others > ALL_BY_ONE:
         return RingDown(max(p, of_others))
+    if p >= criteria.ERROR_RATE_OF_A_LOOK:
+        return RingDown(p)
     return RingDown(p, _ringing(events, deciding, reference, np.array(first)))
 
 

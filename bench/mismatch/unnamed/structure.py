@@ -61,21 +61,21 @@ def examine(
     least = criteria.LEAST_STRENGTH * outcome.floor
     loud = bursts(search, None if ringing is None else ringing.on_rows(search.model.problem.rows.frame) > least)
     counts = loud is not None and _counts(loud, outcome, search)
-    if loud is not None and counts and loud.p_value < criteria.ERROR_RATE_OF_A_CHANNEL:
+    if loud is not None and counts and loud.p_value < criteria.ERROR_RATE_OF_A_LOOK:
         found = _of_bursts(loud, outcome, search)
         if found is not None:
             outcome.discoveries.append(found)
     louder = _scatter(search, densities, seed)
     bursting = any(d.words == COMES_AND_GOES for d in outcome.discoveries)
-    if louder is not None and not bursting and louder.p_value < criteria.ERROR_RATE_OF_A_CHANNEL:
+    if louder is not None and not bursting and louder.p_value < criteria.ERROR_RATE_OF_A_LOOK:
         outcome.discoveries.append(_of_scatter(louder, outcome))
     jumps = None if bursting else telegraph(search)
     jumping = jumps is not None and _rms(jumps.course) > criteria.LEAST_STRENGTH * outcome.floor
-    if jumps is not None and jumping and jumps.p_value < criteria.ERROR_RATE_OF_A_CHANNEL:
+    if jumps is not None and jumping and jumps.p_value < criteria.ERROR_RATE_OF_A_LOOK:
         outcome.discoveries.append(_of_telegraph(jumps, outcome, search.model.problem.rows.frame))
     stepping = None if bursting or jumps is not None else steps(search, seed)
     stepped = stepping is not None and _rms(stepping.course) > criteria.LEAST_STRENGTH * outcome.floor
-    if stepping is not None and stepped and stepping.p_value < criteria.ERROR_RATE_OF_A_CHANNEL:
+    if stepping is not None and stepped and stepping.p_value < criteria.ERROR_RATE_OF_A_LOOK:
         outcome.discoveries.append(_of_steps(stepping, outcome, search.model.problem.rows.frame))
     best, what, size = _mean(search)
     words = (
@@ -124,7 +124,7 @@ def look_for_tone(
     if found is None:
         return None
     counts = matters(found, outcome.floor)
-    told = counts and found.p_value < criteria.ERROR_RATE_OF_A_CHANNEL
+    told = counts and found.p_value < criteria.ERROR_RATE_OF_A_LOOK
     if told:
         sharper = frequency_of(runs(found.heard[:MOST_RECORDINGS]), found.frequency)
         if sharper is not None:
