@@ -80,6 +80,8 @@ def _alike(named: Named) -> list[Form]:
 def _in(search: Search, others: Sequence[Chosen], named: Named, form: Form) -> Chosen | None:
     """A name refined in another form, from its own point on; None where that is impossible or ends in a third."""
     low, high = bounds(form, search.model.problem.rows.frame)
+    if not np.isfinite([low, high]).all():
+        return None  # these recordings have no point of it
     point = tuple(float(v) for v in np.clip(named.point, low, high))
     found = shaped(search, others, Named(named.term, named.channel, form, point))
     return None if found is None or strained(found.main.regressor, search.model.problem.rows.frame) else found

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bench.mismatch.regression.beside import shaped
-from bench.mismatch.regression.open_forms import with_open_forms
+from bench.mismatch.regression.open_forms import _in, with_open_forms
 from bench.mismatch.regression.regressors import Named, named
 from bench.mismatch.regression.search import begun
 from bench.mismatch.regression.slots import Slot
@@ -71,3 +71,18 @@ def test_intervals_of_a_term_that_was_told_cover_the_truth() -> None:
     # 95 % of 30 is 28.5; fewer than 25 have a chance of 1 in 300
     assert np.sum(np.abs(scores) < 1.96) >= 25
     assert np.sqrt(np.mean(np.square(scores))) > 0.5
+
+
+def test_a_form_of_which_the_recordings_have_no_point_is_not_asked() -> None:
+    frame = campaign()
+    y = 0.6 * frame.direction + np.random.default_rng(2).normal(0.0, 0.01, frame.size)
+    search = begun(problem(frame, np.asarray(y)))
+    gaussian, exponential = (
+        named("friction.stribeck", MOTOR_TORQUE, form, (SPEED,)) for form in ("gaussian", "exponential")
+    )
+    nowhere = replace(
+        exponential.form,
+        grid=lambda _: (),
+        nonlinear=tuple(replace(s, upper=np.inf) for s in exponential.form.nonlinear),
+    )
+    assert _in(search, [], gaussian, nowhere) is None
