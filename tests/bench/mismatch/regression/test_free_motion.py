@@ -350,6 +350,11 @@ def test_a_function_of_the_angle_does_not_jump_where_a_joint_swings_about_zero(m
     tables = [c for c in free_candidates(MOTOR_TORQUE, frame, straight=True) if c.variables[0].startswith("angle")]
     assert {c.variables for c in tables} == {(name,)}
     assert {c.effect for c in tables if c.times == ("d",)} == {"friction.position_dependent"}
+    # a straight line, as of a spring, and none over a swing that gravity bends
+    assert min(c.numbers for c in tables) == 2
+    wide = swinging(size=1.0)
+    of_angle = [c for c in free_candidates(MOTOR_TORQUE, wide, straight=True) if c.variables[0].startswith("angle")]
+    assert min(c.numbers for c in of_angle) > 2
     stop = np.maximum(frame.q - middle - 0.1, 0.0)
     y = plain(frame) + 5.0 * stop + noise(frame)
     model = searched(asked(frame, y, "friction.coulomb", "friction.viscous", "motor.inertia")).model
