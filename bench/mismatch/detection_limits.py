@@ -13,12 +13,10 @@ from bench.mismatch import criteria
 from bench.mismatch.discovery import ChannelOutcome
 from bench.mismatch.orders.look import HIGHEST_ORDER
 from bench.mismatch.recordings.dataset import Dataset
+from bench.mismatch.recordings.motion import NEARLY_ALL, share_of_one_way
 from bench.mismatch.recordings.output_orders import HIGHEST_OUTPUT_ORDER
 from bench.mismatch.recordings.vibration import HIGHEST_SHAFT_ORDER
 from bench.simulation.terms import CHANNEL_UNITS, LOAD_TORQUE, MOTOR_TORQUE, TRANSMISSION_ERROR
-
-NEARLY_ALL = 0.95
-"""of the compared motion that goes one way: the rest is how recordings start"""
 
 
 def limits(outcome: ChannelOutcome, data: Dataset) -> str:
@@ -34,10 +32,10 @@ def limits(outcome: ChannelOutcome, data: Dataset) -> str:
 def one_way(outcome: ChannelOutcome) -> list[str]:
     """A sentence where nearly all motion that the motor torque is compared in goes one way."""
     frame, number = outcome.rows.frame, np.where(outcome.usable, outcome.rows.number, 0.0)
-    ways = [float(number[frame.direction == side].sum()) for side in (1.0, -1.0)]
-    if outcome.channel != MOTOR_TORQUE or not any(ways) or max(ways) < NEARLY_ALL * sum(ways):
+    most = share_of_one_way(frame.direction, number)
+    if outcome.channel != MOTOR_TORQUE or most is None or most < NEARLY_ALL:
         return []
-    share = "all" if not min(ways) else f"{max(ways) / sum(ways):.3g}"
+    share = "all" if most == 1.0 else f"{most:.3g}"
     return [
         f"{outcome.channel}: {share} of the compared motion goes one way, so friction is not told"
         " from a torque that keeps its sign when the motion turns round, such as gravity or cogging"

@@ -37,6 +37,8 @@ SMALLEST = 0.05
 """of the steps of an angle that moves: one of a coarse encoder, and next to nothing of a fine one"""
 FEWEST_SAMPLES = 100
 """of a recording, from which its noise is told"""
+NEARLY_ALL = 0.95
+"""of the compared motion that goes one way: the rest is how recordings start"""
 NOTED = 0.05
 """of the samples in motion, from which it is said that they are not compared"""
 
@@ -250,6 +252,14 @@ def away_from_turns(direction: FloatArray, half: float) -> FloatArray:
     np.add.at(edges, np.maximum(np.ceil(middle - int(half)).astype(np.int64), 0), 1)
     np.add.at(edges, np.minimum(np.floor(middle + int(half)).astype(np.int64) + 1, direction.size), -1)
     return np.where(np.cumsum(edges[:-1]) > 0, 0.0, direction)
+
+
+def share_of_one_way(direction: FloatArray, number: FloatArray) -> float | None:
+    """Share of the samples in motion, ``number`` (n,) of each row, that go the way most of them go; None where nothing
+    moves.
+    """
+    ways = [float(number[direction == side].sum()) for side in (1.0, -1.0)]
+    return max(ways) / sum(ways) if any(ways) else None
 
 
 def slowly(frame: Frame, manner: Manner) -> list[str]:

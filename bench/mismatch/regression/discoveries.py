@@ -11,6 +11,7 @@ import numpy as np
 from bench.mismatch import criteria
 from bench.mismatch.discovery import AMBIGUOUS, NAMED, Discovery, RefittedAlternative
 from bench.mismatch.discovery import UNKNOWN as UNKNOWN_STATUS
+from bench.mismatch.recordings.motion import NEARLY_ALL, share_of_one_way
 from bench.mismatch.regression import windows
 from bench.mismatch.regression.alone import alone
 from bench.mismatch.regression.bank import Fit
@@ -28,6 +29,8 @@ from bench.mismatch.regression.state import Search
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.quantities import ANGLE, QUANTITIES, factor, kind_of, quantity, without_a_jump
 
+FRICTION_OVER_ANGLE = "friction.position_dependent"
+"""effect that changes its sign with the direction, and nothing else of it"""
 MODULATES = ("1", "last_d", "load_motor", "tau", "w")
 """factors that a function of the output angle may be multiplied with"""
 WAVE = "m"
@@ -86,6 +89,12 @@ def _discovery(
         model.notes.append(
             f"{regressor.words}: over the angles that were run a parabola over the angle, such as a spring's straight"
             " line, describes the recordings as well within the noise; the confidence in the name is halved"
+        )
+    elif status == NAMED and tested.effect == FRICTION_OVER_ANGLE and one_way_only(model):
+        sure = criteria.EITHER
+        model.notes.append(
+            f"{regressor.words}: nearly all of the fitted motion goes one way, in which a torque that keeps its sign"
+            " says the same; the confidence in the name is halved"
         )
     return Discovery(
         effect=tested.effect,
@@ -205,6 +214,13 @@ def sure_of_name(status: str, at_the_end: bool, coefficients: FloatArray, covari
     """Share of a confidence that is left for what the recordings say of a named term's shape and coefficients (k,)."""
     sure = not at_the_end and differs_from_zero(coefficients, covariance)
     return criteria.EITHER if status == NAMED and not sure else 1.0
+
+
+def one_way_only(model: ChannelModel) -> bool:
+    """Whether nearly all of the motion that is fitted goes one way."""
+    rows = model.problem.rows.take(model.problem.train)
+    share = share_of_one_way(rows.frame.direction, rows.number)
+    return share is not None and share >= NEARLY_ALL
 
 
 def no_better_than_a_parabola(model: ChannelModel, tested: Chosen) -> bool:

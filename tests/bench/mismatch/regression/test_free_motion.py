@@ -14,7 +14,7 @@ from bench.mismatch.regression.beside import free_function, sound_beside
 from bench.mismatch.regression.candidates import free_candidates
 from bench.mismatch.regression.copies import copies, notes_of
 from bench.mismatch.regression.description import description
-from bench.mismatch.regression.discoveries import no_better_than_a_parabola
+from bench.mismatch.regression.discoveries import discoveries, no_better_than_a_parabola, one_way_only
 from bench.mismatch.regression.equivalent import heirs_of
 from bench.mismatch.regression.heredity import laws, orphaned, without, without_laws
 from bench.mismatch.regression.model import Block, Chosen, add_block, left_by
@@ -22,6 +22,7 @@ from bench.mismatch.regression.noise import alike_for, of_free_motion
 from bench.mismatch.regression.problem import BaseTerm, ChannelProblem
 from bench.mismatch.regression.regressors import Free, Named, named
 from bench.mismatch.regression.search import as_noisy_as_left, begun, carried_over, searched
+from bench.mismatch.regression.succession import settle
 from bench.simulation.frame import ARRAYS, FloatArray, Frame, concatenate
 from bench.simulation.tables import Grid
 from bench.simulation.terms import LIBRARY, MOTOR_TORQUE
@@ -378,3 +379,22 @@ def test_how_friction_builds_up_is_asked_as_closely_as_the_finer_recordings_tell
     both = concatenate([slow, replace(fast, recording=fast.recording + int(slow.recording.max()) + 1)])
     ends = [min(point[0] for point in form.grid(frame)) for frame in (slow, both, fast)]
     assert ends[0] < 1.5 * ends[1] < 0.1 * ends[2]
+
+
+@pytest.mark.parametrize("one_way", [True, False])
+def test_friction_over_the_angle_is_told_by_motion_both_ways(one_way: bool) -> None:
+    frame = swinging()
+    if one_way:
+        ones = np.ones(frame.size)
+        frame = replace(frame, direction=ones, last_direction=ones, velocity=np.abs(frame.velocity))
+    y = plain(frame) + 0.2 * frame.direction * np.cos(3.0 * frame.q) + noise(frame)
+    search = searched(asked(frame, y, *NOMINAL))
+    assert one_way_only(search.model) is one_way
+    found = [
+        d
+        for d in discoveries(search, settle(search), search.model.predict(frame), frame.count)
+        if d.effect == "friction.position_dependent"
+    ]
+    assert found
+    assert all((d.confidence < 0.6) is one_way for d in found if d.confidence is not None)
+    assert any("goes one way" in note for note in search.model.notes) is one_way
