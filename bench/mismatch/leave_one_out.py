@@ -66,7 +66,10 @@ def leave_one_out(
     ``whole``: findings with nothing switched off; what those say is no answer to a term left out. ``elsewhere``
     maps the questions over other processes, which read ``recordings`` themselves; the rows are the same.
     """
-    known = {_kind(f): _size(f) for f in whole}
+    known: dict[tuple[str, ...], float] = {}
+    for finding in whole:
+        # two damaged places, or two functions of one quantity, have one kind
+        known[_kind(finding)] = max(_size(finding), known.get(_kind(finding), 0.0))
     questions = [Question(recordings, model, tuple(channels), known, effect) for effect in effects]
     out: list[LeftOut] = []
     answers = (_left_out_fit(data, q) for q in questions) if elsewhere is None else iter(elsewhere(answer, questions))
