@@ -269,7 +269,7 @@ def _regular(table: ChannelTable, mapping: Mapping, file: Path) -> None:
     ):
         _at_rate_asked_for(table, found.step, wanted, mapping.irregular == "refuse", file)
         return
-    moved = [table.channels[name].si for name in _MOVES if name in table.channels]
+    moved = (table.channels[name].si for name in _MOVES if name in table.channels)
     by_stamps = found.even and found.shakes and mapping.irregular == "resample" and sampled_when_stamped(time, moved)
     if found.even and found.lost:
         table.notes.append(f"by the time stamps {found.lost} of {time.size + found.lost} samples are missing")

@@ -26,7 +26,6 @@ from bench.simulation.quantities import (
     QUANTITIES,
     READ,
     WORKED,
-    kind_of,
     quantity,
     without_a_jump,
 )
@@ -62,8 +61,11 @@ EACH_KNOT = 3
 """recordings to each knot of a function of time, at least: a drift goes through several"""
 WIDEST_SPRING = 1.0
 """rad: swing up to which a straight line over the angle is asked for; beyond, gravity bends it"""
-_STRAIGHT = (ANGLE, ABOUT_ZERO, "time", "elapsed", "load", "torque", "temperature")
-"""quantities of which a straight line is tried as well: fewer numbers than a table"""
+_STRAIGHT = {
+    **dict.fromkeys((ANGLE, ABOUT_ZERO), WIDEST_SPRING),
+    **dict.fromkeys(("time", "elapsed", "load", "torque", "temperature"), np.inf),
+}
+"""quantities of which a straight line is tried as well, fewer numbers than a table, and how far they may vary for it"""
 
 # functions of one quantity: (quantity, factors of the tables that stand together)
 _ONE: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
@@ -297,18 +299,17 @@ def free_candidates(channel: str, frame: Frame, straight: bool = False, states: 
             continue
         # denser than the recordings, a function of time only says which recording it is
         most = max(recordings // EACH_KNOT, 2) if name == "time" else KNOTS[-1]
-        line = ends(quantity(name, frame)) if straight and name in _STRAIGHT else None
-        if line is not None and kind_of(name) == ANGLE and line[1] - line[0] > WIDEST_SPRING:
-            line = None
-        if line is not None:
+        values = quantity(name, frame)
+        line = ends(values) if straight else None
+        if line is not None and line[1] - line[0] <= _STRAIGHT.get(name, 0.0):
             grids = tuple(Grid((name,), times, (line,)) for times in factors)
             yield Free(channel, grids, by_definition(channel, name, factors))
         for number in sorted({min(n, most) for n in KNOTS}):
-            knots = knots_of(quantity(name, frame), number)
+            knots = knots_of(values, number)
             if knots is not None and (number <= KNOTS[0] or len(knots) > KNOTS[0]):
                 grids = tuple(Grid((name,), times, (knots,)) for times in factors)
                 yield Free(channel, grids, by_definition(channel, name, factors))
-        close = close_knots(quantity(name, frame)) if name == "speed" else None
+        close = close_knots(values) if name == "speed" else None
         if close is not None:
             yield Free(
                 channel,

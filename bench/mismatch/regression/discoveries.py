@@ -78,28 +78,13 @@ def _discovery(
     course = excess_of(model, tested, frame, number)
     angles, orders = _over_angle(regressor, course, frame, number)
     size = size_of_term(regressor, coefficients, model.covariance(tested.main.indices))
-    sure = sure_of_name(status, strained(regressor, model.problem.rows.frame), *size)
-    if sure < 1.0:
-        model.notes.append(
-            f"{regressor.words}: its numbers stand at an end of their range, or may be nothing by their standard"
-            " deviations; the confidence in the name is halved"
-        )
-    elif status == NAMED and no_better_than_a_parabola(model, tested):
-        sure = criteria.EITHER
-        model.notes.append(
-            f"{regressor.words}: over the angles that were run a parabola over the angle, such as a spring's straight"
-            " line, describes the recordings as well within the noise; the confidence in the name is halved"
-        )
-    elif status == NAMED and tested.effect == FRICTION_OVER_ANGLE and one_way_only(model):
-        sure = criteria.EITHER
-        model.notes.append(
-            f"{regressor.words}: nearly all of the fitted motion goes one way, in which a torque that keeps its sign"
-            " says the same; the confidence in the name is halved"
-        )
+    doubt = _doubt_of_name(model, tested, size) if status == NAMED else ""
+    if doubt:
+        model.notes.append(f"{regressor.words}: {doubt}; the confidence in the name is halved")
     return Discovery(
         effect=tested.effect,
         status=status,
-        confidence=_confidence(slot, status, as_good, sure),
+        confidence=_confidence(slot, status, as_good, criteria.EITHER if doubt else 1.0),
         channel=model.channel,
         words=regressor.words,
         equation=regressor.equation,
@@ -178,8 +163,8 @@ def _refitted(
 
 def _confidence(slot: Slot, status: str, as_good: Sequence[Contender], sure: float) -> float | None:
     """Weight of all models that say the same of the effect: its name, the names not told apart, or no name; times
-    ``sure`` (:func:`sure_of_name`). None where a name has more weight and is not taken, as it may be a part of what has
-    none: then the weights are not those of what the report says.
+    ``sure``, what a doubt in the name leaves of it. None where a name has more weight and is not taken, as it may be a
+    part of what has none: then the weights are not those of what the report says.
     """
     if status == AMBIGUOUS:
         share = slot.weight + sum(r.weight for r in as_good)
@@ -210,10 +195,20 @@ def size_of_term(
     return coefficients, covariance
 
 
-def sure_of_name(status: str, at_the_end: bool, coefficients: FloatArray, covariance: FloatArray) -> float:
-    """Share of a confidence that is left for what the recordings say of a named term's shape and coefficients (k,)."""
-    sure = not at_the_end and differs_from_zero(coefficients, covariance)
-    return criteria.EITHER if status == NAMED and not sure else 1.0
+def _doubt_of_name(model: ChannelModel, tested: Chosen, size: tuple[FloatArray, FloatArray]) -> str:
+    """Why something else may be in the place of a name, by what the recordings say of its shape and its numbers
+    (``size``: :func:`size_of_term`); empty where nothing is.
+    """
+    if strained(tested.main.regressor, model.problem.rows.frame) or not differs_from_zero(*size):
+        return "its numbers stand at an end of their range, or may be nothing by their standard deviations"
+    if no_better_than_a_parabola(model, tested):
+        return (
+            "over the angles that were run a parabola over the angle, such as a spring's straight line, describes the"
+            " recordings as well within the noise"
+        )
+    if tested.effect == FRICTION_OVER_ANGLE and one_way_only(model):
+        return "nearly all of the fitted motion goes one way, in which a torque that keeps its sign says the same"
+    return ""
 
 
 def one_way_only(model: ChannelModel) -> bool:
