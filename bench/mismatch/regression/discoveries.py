@@ -195,11 +195,17 @@ def size_of_term(
     return coefficients, covariance
 
 
+def sure_of_name(status: str, at_the_end: bool, coefficients: FloatArray, covariance: FloatArray) -> float:
+    """Share of a confidence that is left for what the recordings say of a named term's shape and coefficients (k,)."""
+    sure = not at_the_end and differs_from_zero(coefficients, covariance)
+    return criteria.EITHER if status == NAMED and not sure else 1.0
+
+
 def _doubt_of_name(model: ChannelModel, tested: Chosen, size: tuple[FloatArray, FloatArray]) -> str:
     """Why something else may be in the place of a name, by what the recordings say of its shape and its numbers
     (``size``: :func:`size_of_term`); empty where nothing is.
     """
-    if strained(tested.main.regressor, model.problem.rows.frame) or not differs_from_zero(*size):
+    if sure_of_name(NAMED, strained(tested.main.regressor, model.problem.rows.frame), *size) < 1.0:
         return "its numbers stand at an end of their range, or may be nothing by their standard deviations"
     if no_better_than_a_parabola(model, tested):
         return (
