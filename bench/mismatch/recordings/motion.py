@@ -270,7 +270,7 @@ def slowly(frame: Frame, manner: Manner) -> list[str]:
     share = float(frame.count[moving & (frame.direction == 0)].sum()) / all_of_it if all_of_it > 0.0 else 0.0
     if share < NOTED:
         return []
-    less = ", in slow recordings than their rates resolve," if manner.free else ""
+    less = " (less in slow recordings)" if manner.free else ""
     return [
         f"in {share:.2g} of the samples in motion the motor is slower than {manner.standstill:.2g} rad/s{less} or turns"
         " round: which way it turns is not told there, and what friction depends on is not compared"
