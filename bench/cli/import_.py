@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from bench.cli._import_notes import different_numbers, together
 from bench.cli._plain import line, say
 from bench.cli.exit_codes import ExitCode
 
@@ -22,7 +22,6 @@ _NAMED = 5
 """recordings or files of which something that was said of another already is told by their names"""
 _SHOWN = 5
 """files with the same channels that are told in a line each; the others are told together"""
-_NUMBER = re.compile(r"(?<![\w.])-?\d+(\.\d+)?(e[+-]?\d+)?")
 
 
 def register(app: typer.Typer) -> None:
@@ -118,7 +117,7 @@ def _import(mapping: Path, out: Path, data: Path | None, changes: dict[str, Any]
     for words, (_, *others) in warned.items() if not as_json else ():
         if others:
             say(line(f"the same warning, with other numbers, of {_first(others)}: {words}"))
-    for sentence, names in noted.items() if not as_json else ():
+    for sentence, names in together(noted, _SHOWN).items() if not as_json else ():
         only = f"{names[0]}: {sentence}" if len(names) == 1 else f"in {len(names)} of {files} files {sentence}"
         say(line(sentence if files == 1 else only))
     for sentence, count in ruled_out.items() if not as_json else ():
@@ -196,7 +195,7 @@ def _print_recordings(pieces: Sequence[Imported], warned: dict[str, list[str]], 
     shown: dict[str, str] = {}
     for sentence in (warning for piece in pieces for warning in piece.warnings):
         where, _, said = sentence.partition(": ")
-        shown.setdefault(f"{where}: {_NUMBER.sub('…', said)}", sentence)
+        shown.setdefault(f"{where}: {different_numbers(said)}", sentence)
     for words, sentence in shown.items():
         given = warned.setdefault(words, [])
         given.append(pieces[0].recording.path.stem)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from bench.errors import ConfigurationError, RecordingError
 from bench.importing.channel_mapping import ChannelMapping, PartMapping
+from bench.importing.constants import constant, offset_in_si
 from bench.importing.files import Files
 from bench.importing.fill import filled
 from bench.importing.formats import Source
@@ -134,8 +135,8 @@ def _part(name: str, part: PartMapping, files: Files, where: str, linear: bool |
         raw = _unwrapped(raw, part.wraps_at)
     number, text = _conversion(part, where, linear)
     unit = _unit(name, text, where, linear)
-    scale = _constant(part.scale, source, where, "scale")
-    offset = _constant(part.offset, source, where, "offset")
+    scale = constant(part.scale, source, where, "scale")
+    made = replace(unit, factor=number * unit.factor)
     if scale == 0.0:
         raise ConfigurationError(f"{where}.scale: is 0, a number that leaves something of the values would be right.")
     place = part.variable or f"{'column' if part.column else 'row'} {part.column or part.row}"
@@ -144,7 +145,7 @@ def _part(name: str, part: PartMapping, files: Files, where: str, linear: bool |
         unit=unit.si,
         dtype=str(raw.dtype.newbyteorder("=")),
         scale=scale * number * unit.factor,
-        offset=offset * number * unit.factor + unit.offset,
+        offset=offset_in_si(part.offset, source, where, part.unit, made) + unit.offset,
         origin=f"{files.path(part.file).name}/{place}" if part.value is None else f"{part.value:g} {part.unit}",
     )
     doubt = None if part.wraps_at is None else _uneven(as_written, raw, part.wraps_at, spec, source, where)
@@ -266,18 +267,6 @@ def _uneven(
         f"not like those beside them ({went[first] * spec.scale:.4g} {spec.unit} in {place}, "
         f"{beside * spec.scale:.2g} beside it): likely it is not {period:g}, {mend} would be right."
     )
-
-
-def _constant(value: float | str, source: Source, where: str, key: str) -> float:
-    if not isinstance(value, str):
-        return value
-    found = source.read(value)
-    if found.size != 1:
-        raise ConfigurationError(
-            f"{where}.{key}: variable '{value}' holds {found.size} values, it should hold one; "
-            "'times' multiplies sample by sample."
-        )
-    return float(found[0])
 
 
 def fill_missing(channel: Channel, how: str) -> Channel:

@@ -2,10 +2,27 @@
 
 from __future__ import annotations
 
+import re
 from math import isfinite
 from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic_core import PydanticCustomError
+
+NO_PLACE = "no_place"
+"""type of the error of a table that does not say where its values stand, as one does whose name is misspelt"""
+_CONVERSIONS = ("counts_per_revolution", "torque_constant", "factor")
+_RIGHT = {
+    ("counts_per_revolution", "torque_constant"): "the first is for the counts of an encoder, the second for a current:"
+    " the one that is not of this channel should be left out",
+    ("counts_per_revolution", "factor"): "'factor' should be left out for an angle; on a linear axis"
+    " {linear} without 'counts_per_revolution' would be right",
+    ("torque_constant", "factor"): "'factor' should be left out; a gain belongs into 'scale', or multiplies the torque"
+    " constant",
+}
+"""what would be right where two conversions stand together"""
+_PER_TURN = re.compile(r"\s*([+-]?[\d.]+(?:[eE][+-]?\d+)?)\s*(\S.*?)\s*/\s*(?:revs?|revolutions?|turns?|U)\s*")
+"""the way of a revolution, such as the lead of a screw: ``10 mm/rev``"""
 
 
 class Strict(BaseModel):
@@ -18,8 +35,8 @@ class PartMapping(Strict):
     """One column, or one of several that are added.
 
     Value in ``unit`` = raw · ``scale`` + ``offset``. ``scale`` and ``offset`` are numbers, or names of variables of the
-    same file that hold one number. What turns one quantity into another comes on top: ``torque_constant``,
-    ``counts_per_revolution``, or any ``factor``.
+    same file that hold one number; an ``offset`` may also be a text with its unit, such as ``-180 deg``. What turns one
+    quantity into another comes on top: ``torque_constant``, ``counts_per_revolution``, or any ``factor``.
     """
 
     variable: str | None = None
@@ -60,9 +77,18 @@ class PartMapping(Strict):
 
     @model_validator(mode="after")
     def _one_conversion(self) -> PartMapping:
-        if sum(option is not None for option in (self.factor, self.torque_constant, self.counts_per_revolution)) > 1:
-            raise ValueError("has more than one of 'factor', 'torque_constant', 'counts_per_revolution'")
+        given = [key for key in _CONVERSIONS if getattr(self, key) is not None]
+        if len(given) > 1:
+            right = _RIGHT[given[0], given[1]].format(linear=self._per_count())
+            raise ValueError(f"has both '{given[0]}' and '{given[1]}', one conversion is enough: {right}")
         return self
+
+    def _per_count(self) -> str:
+        """The way of a count as a mapping has it, from that of a revolution where both are given."""
+        lead = _PER_TURN.fullmatch(self.factor) if isinstance(self.factor, str) else None
+        if lead is None or self.counts_per_revolution is None:
+            return "the way of a count, such as unit = 'counts' and factor = '0.001 mm/count'"
+        return f"unit = 'counts' and factor = '{float(lead[1]) / self.counts_per_revolution:.12g} {lead[2]}/count'"
 
     @model_validator(mode="after")
     def _value_or_place(self) -> PartMapping:
@@ -101,8 +127,9 @@ class ChannelMapping(PartMapping):
         if self.value is not None and self.time is not None:
             raise ValueError("has a 'value' and a 'time' of its own; a value holds for the whole recording")
         if not self.placed and not self.sum and self.rate is None:
-            raise ValueError(
-                "needs 'variable' or 'column' (or 'sum', a 'value' that holds throughout, or for time 'rate')"
+            raise PydanticCustomError(
+                NO_PLACE,
+                "needs 'variable' or 'column' (or 'sum', a 'value' that holds throughout, or for time 'rate')",
             )
         if self.sum and self.placed:
             raise ValueError("has a 'sum' and a place of its own, one of them is enough")

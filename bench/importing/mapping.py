@@ -12,9 +12,10 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, Field, ValidationError, field_validator, model_validator
 
 from bench.errors import ConfigurationError
-from bench.importing.channel_mapping import ChannelMapping, Strict
+from bench.importing.channel_mapping import NO_PLACE, ChannelMapping, Strict
 from bench.importing.formats.text_layout import TextOptions
 from bench.recording.header import KINDS, SEGMENT_NAMES
+from bench.signals import BY_NAME
 
 OPEN = "?"
 """What a mapping says where its reader has to decide."""
@@ -227,15 +228,17 @@ def load_mapping(path: Path, changes: dict[str, Any] | None = None) -> tuple[Map
         given = f" (given: {first['input']!r})" if not isinstance(first["input"], dict | BaseModel) else ""
         said = first["msg"].removeprefix("Value error, ")
         problem = f"is no key there; {_keys(key)}" if first["type"] == "extra_forbidden" else f"{said}{given}."
-        problem += _suggestion(key, content) if first["type"] == "value_error" else ""
+        problem += _suggestion(key, content) if first["type"] == NO_PLACE else ""
         raise ConfigurationError(f"{path}: {key}{' ' if problem.startswith('is') else ': '}{problem}") from error
     changed = "".join(f"# changed on the command line: {key} = {value!r}\n" for key, value in (changes or {}).items())
     return mapping, changed + text
 
 
 def _suggestion(key: str, content: dict[str, Any]) -> str:
-    """A table of almost the same name, where one of channels cannot be used as it stands."""
+    """A table of almost the same name as one of channels that is nowhere and whose name the bench does not know."""
     table, _, name = key.partition(".")
+    if name in BY_NAME:
+        return ""
     others = [other for other in content.get(table, ()) if other != name] if table in ("channels", "aux") else []
     near = get_close_matches(name, others, n=1)
     return f" Did you mean '{table}.{near[0]}'?" if near else ""

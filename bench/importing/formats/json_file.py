@@ -57,7 +57,7 @@ class JsonSource:
             first = _first(array)
             kind = "time stamps" if is_stamp(first) else "text" if array.dtype.kind == "O" else str(array.dtype)
             unit = "s" if is_time_of_day(first) else ""
-            found.append(Variable(name, array.shape, kind, unit, zoned=has_zone(first)))
+            found.append(Variable(name, array.shape, kind, unit, zoned=has_zone(first), flat=True))
         return found
 
     def read(self, variable: str | None, column: int | None = None, row: int | None = None) -> NDArray[Any]:

@@ -41,7 +41,7 @@ class ParquetSource:
             notes = field.metadata or {}
             unit = next((notes[key].decode("utf-8", "replace") for key in _UNITS if key in notes), "")
             zoned = getattr(field.type, "tz", None) is not None
-            found.append(Variable(field.name, (rows,), str(field.type), unit, zoned=zoned))
+            found.append(Variable(field.name, (rows,), str(field.type), unit, zoned=zoned, flat=True))
         return found
 
     def read(self, variable: str | None, column: int | None = None, row: int | None = None) -> NDArray[Any]:

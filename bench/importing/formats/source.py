@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.errors import RecordingError
+from bench.importing.headings import split_heading
+from bench.importing.units import split_unit
 
 _LISTED = 30
 
@@ -23,7 +25,8 @@ class Variable:
 
     ``shape`` as the mapping counts rows and columns; ``unit`` empty and ``rate`` (Hz) None where the file says none;
     ``clock`` names the variable that holds its time stamps, where the file says so; ``zoned``: it holds stamps
-    that say their time zone, and are read as UTC.
+    that say their time zone, and are read as UTC; ``flat``: its name is the heading of a column, and a ``/`` in it
+    divides no groups.
     """
 
     name: str
@@ -33,6 +36,12 @@ class Variable:
     rate: float | None = None
     clock: str | None = None
     zoned: bool = False
+    flat: bool = False
+
+    @property
+    def heading(self) -> tuple[str, str]:
+        """Its name without a unit, and the unit that its name has; empty where it has none."""
+        return split_heading(self.name) if self.flat else split_unit(self.name)
 
 
 class Source(Protocol):

@@ -71,7 +71,7 @@ class TextSource:
                 first = str(values[0]).strip() if values.dtype.kind == "O" else ""
                 kind = "time stamps" if is_stamp(first) else "text" if first else str(values.dtype)
                 unit = "s" if is_time_of_day(first) else unit
-                found.append(Variable(name, (values.size,), kind, unit, zoned=has_zone(first)))
+                found.append(Variable(name, (values.size,), kind, unit, zoned=has_zone(first), flat=True))
         return found
 
     def read(self, variable: str | None, column: int | None = None, row: int | None = None) -> NDArray[Any]:

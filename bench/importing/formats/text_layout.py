@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from functools import partial
 
 from bench.importing.formats.text_stamps import is_stamp
-from bench.importing.units import is_unit, split_unit
+from bench.importing.headings import split_heading
+from bench.importing.units import is_unit
 
 _SAMPLE = 200
 _STEADY = 4
@@ -166,7 +167,7 @@ def _headings(
     if len(block) > 1 and len(set(heading)) < width:  # X and Y of each quantity, whose name stands above
         heading = [f"{over} {name}".strip() for over, name in zip(_filled(block[-2]), heading, strict=True)]
     names = _distinct_names(heading)
-    return names, tuple(unit or split_unit(name)[1] for name, unit in zip(names, units, strict=True))
+    return names, tuple(unit or split_heading(name)[1] for name, unit in zip(names, units, strict=True))
 
 
 def _first_is_named(data: Sequence[str], delimiter: str | None, mark: str) -> bool:
@@ -213,5 +214,7 @@ def _in_rows(lines: Sequence[str], delimiter: str | None, mark: str, first: int,
     named = all(not is_number(row[0], mark) for row in fields)
     names = _distinct_names([row[0] if named else f"row {index + 1}" for index, row in enumerate(fields)])
     second = named and all(len(row) > 1 and not is_number(row[1], mark) for row in fields)
-    units = [row[1].strip("[]() ") if second else split_unit(name)[1] for row, name in zip(fields, names, strict=True)]
+    units = [
+        row[1].strip("[]() ") if second else split_heading(name)[1] for row, name in zip(fields, names, strict=True)
+    ]
     return TextLayout(delimiter, mark, first, width, names, tuple(units), rows=True)

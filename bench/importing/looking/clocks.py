@@ -12,7 +12,7 @@ from bench.importing.looking.guesses import counts_by_one, rises_evenly, step_of
 from bench.importing.looking.inventory import Inventory
 from bench.importing.looking.names import Meaning
 from bench.importing.mapping import OPEN
-from bench.importing.units import split_unit, unit_of
+from bench.importing.units import unit_of
 
 
 def clock_of(found: Inventory, meanings: Mapping[str, Meaning]) -> Column | None:
@@ -74,7 +74,7 @@ def why_no_clock(found: Inventory, meanings: Mapping[str, Meaning]) -> str:
 
 def rate_entry(coarse: Column) -> dict[str, Entry]:
     """The rate of samples whose stamps are coarser than they are."""
-    unit_in_file = split_unit(coarse.variable.name)[1] or coarse.variable.unit
+    unit_in_file = coarse.variable.heading[1] or coarse.variable.unit
     unit = unit_in_file or unit_of_time(coarse)[0]
     doubled = int(np.sum(np.diff(coarse.seconds) == 0.0))
     why = f"{doubled} of {coarse.values.size} stamps of {coarse.name} are doubled, so it is coarser than the samples"

@@ -13,14 +13,14 @@ from bench.importing.channel import LINEAR
 from bench.importing.looking.clocks import clock_of, coarse_clock, counts_rows, rate_entry, why_no_clock
 from bench.importing.looking.column import Column
 from bench.importing.looking.entries import Draft, Entry
-from bench.importing.looking.guesses import counts_by_one, power_of_two, rate_of, step_of, unit_of_time
+from bench.importing.looking.guesses import counts_by_one, power_of_two, rate_of, sign_bit, step_of, unit_of_time
 from bench.importing.looking.inventory import Inventory
 from bench.importing.looking.joint import mark_joint, to_joint
 from bench.importing.looking.motion import Motion, values_of
-from bench.importing.looking.names import Meaning, axes_of, busiest_axis, channel_of, meaning, plain
+from bench.importing.looking.names import Meaning, axes_of, busiest_axis, channel_of, meanings_of, plain
 from bench.importing.looking.tables import FROM_FILE, GUESS, channel_entries, place_of
 from bench.importing.mapping import OPEN
-from bench.importing.units import si_of, unit_of
+from bench.importing.units import si_of, split_unit, unit_of
 from bench.signals import BY_NAME
 
 _PAIRS = (
@@ -34,11 +34,11 @@ _PAIRS = (
 
 def draft(found: Inventory, mapping: Path) -> Draft:
     """Make a mapping of what is in a file; ``mapping`` is where it will stand."""
-    meanings = {column.name: meaning(column) for column in found.columns}
+    meanings = meanings_of(found.columns)
     time = clock_of(found, meanings)
     coarse = coarse_clock(found, meanings) if time is None else None
     out = Draft({"": {}, "gearbox": {}, "channels.time": {}}, time=time)
-    out.tables[""] = {"campaign_id": Entry(plain(found.file.stem), "any name")}
+    out.tables[""] = {"campaign_id": Entry(plain(split_unit(found.file.stem)[0]), "any name")}
     out.tables["channels.time"] = _time_entries(found, time, meanings) if coarse is None else rate_entry(coarse)
     if coarse is not None:
         out.channel_by_column[coarse.name] = "coarser than the samples"
@@ -94,6 +94,13 @@ def draft(found: Inventory, mapping: Path) -> Draft:
     path = os.path.relpath(found.pattern, mapping.parent)
     why = "of several recordings: '*' in this and every other 'file' for the part of the name that differs"
     out.tables["recordings"] = {"file": Entry(Path(path).as_posix(), why if found.several else "")}
+    out.remarks += [
+        f"{column.name} seems to have its sign in bit {bit}: the values go on from {2**bit} as they do from 0. "
+        f"sign_bit = {bit} in its table gives the sign back; it should be left out if they are unsigned"
+        for column in found.columns
+        for bit in [sign_bit(column)]
+        if bit is not None
+    ]
     out.remarks += found.source.notes
     unlike = found.unlike()
     if unlike is not None:
@@ -244,7 +251,7 @@ def _seconds(out: Draft) -> NDArray[np.float64] | None:
 
 def _further(out: Draft, column: Column, column_meaning: Meaning) -> None:
     """What is no channel: set values by their name, everything else as a quantity that something may depend on."""
-    name = plain(column.name if column.number is not None else column.variable.name)
+    name = plain(column.name if column.number is not None else column.variable.heading[0])
     table = f"channels.{name}" if column_meaning.setpoint else f"aux.{name}"
     count = 2
     while table in out.tables:

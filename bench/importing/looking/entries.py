@@ -10,6 +10,7 @@ from typing import Any
 
 from bench.errors import ConfigurationError
 from bench.importing.looking.column import Column
+from bench.importing.looking.words import SIGNALS
 from bench.importing.mapping import OPEN
 
 NEEDED = {
@@ -18,8 +19,11 @@ NEEDED = {
     "the motor's torque, force or current": ("motor_torque",),
 }
 """what the analysis needs at least, and the channels of which one says it"""
-_QUANTITIES = {"motor_angle": ("angle", "velocity"), "motor_torque": ("torque", "current")}
-"""quantities that a column may be of to be a channel that is needed"""
+_QUANTITIES = {
+    "motor_angle": (("angle", "velocity"), ("angle in %", "angle in V")),
+    "motor_torque": (("torque", "current"), ("torque in V",)),
+}
+"""quantities that a column may be of to be a channel that is needed, the likelier first"""
 _NUMBERED = re.compile(r"(column|row)_\d+$")
 _ANY = "_N"
 """stands for the number of a column without a name: none of them is likelier than the others"""
@@ -68,24 +72,33 @@ class Draft:
             else:
                 table = self._spare_for(names[0], advised)
                 advised.add(table)
-                why = (
-                    f"no name says which column that is; its table, [{table}] with its number as N, should be renamed "
-                    f"to [channels.{names[0]}], and its unit given"
-                    if table.endswith(_ANY)
-                    else f"the table of the right one should be renamed, as [{table}] to [channels.{names[0]}], and its"
-                    " unit given"
-                )
+                why = self._renamed(table, names[0])
             sentences.append(f"no column was taken for {what}, which the analysis needs: {why}")
         return sentences
 
     def _spare_for(self, channel: str, advised: set[str]) -> str:
         """The table that may be the one of a channel: of its quantity, or else of none that is known."""
         left = {table: quantity for table, quantity in self.spare.items() if table not in advised}
-        for fits in (_QUANTITIES[channel], ("",)):
+        for fits in (*_QUANTITIES[channel], ("",)):
             for table, quantity in left.items():
                 if quantity in fits:
                     return table if quantity else _NUMBERED.sub(rf"\1{_ANY}", table)
         return "aux.NAME"
+
+    def _renamed(self, table: str, channel: str) -> str:
+        """How the table of a spare column becomes that of a channel."""
+        if table.endswith(_ANY):
+            return (
+                f"no name says which column that is; its table, [{table}] with its number as N, should be renamed "
+                f"to [channels.{channel}], and its unit given"
+            )
+        factor = SIGNALS.get(self.spare.get(table, ""))
+        moving = factor is not None and channel == "motor_angle"
+        of_output = " ([channels.load_angle] if it is the output's)" if moving else ""
+        return (
+            f"the table of the right one should be renamed, as [{table}] to [channels.{channel}]{of_output}, and "
+            + (f"a factor given, {factor}" if factor else "its unit given")
+        )
 
     def entries(self) -> dict[str, Entry]:
         """All values by key."""

@@ -21,6 +21,16 @@ STRETCH, _TOGETHER = 20, 0.99
 """samples over which an angle and the integral of a speed are compared, and how well they have to go together"""
 _BOTH = 0.01
 """least share of the samples on either side for numbers to be taken as without their sign"""
+_LEAST_SIGN_BIT, _MOST_BITS = 7, 32
+"""bits that may be a sign: that of a byte, to that of 32 bits (``sign_bit`` of a mapping goes to 31)"""
+_SIZES = 5
+"""sizes that numbers of either sign have at least; fewer are states or set values, not something measured"""
+_CHANGES = 3
+"""changes of sign from which numbers tell one: a single jump may be a change of level"""
+_NEAR_ZERO, _OF_JUMP = 0.67, 0.25
+"""What numbers are where the sign changes: each at most this share of the largest of its sign (normal noise about zero
+is so in 19 of 20 places; a counter that starts again and a change of level come from the largest), and the step at most
+this share of that in the file (where an unsigned counter passes the bit it is many times as large)."""
 _SAME_RESOLUTION = 0.01
 """how near a number of counts has to be to a power of two for that to be it (relative); the next is twice as large"""
 _LEAST_STEPS = 10
@@ -97,6 +107,32 @@ def unsigned_bits(column: Column) -> int | None:
             high, low = float(np.mean(values >= 0.75 * span)), float(np.mean(values < 0.25 * span))
             return bits if high + low == 1.0 and min(high, low) >= _BOTH else None
     return None
+
+
+def sign_bit(column: Column) -> int | None:
+    """The bit that is the sign of whole numbers with their size in the bits below it; None where none seems to be.
+
+    Without the bit's value the numbers go on evenly through zero where it changes, in nearly all places.
+    """
+    values = column.seconds[np.isfinite(column.seconds)]
+    if not column.whole or values.min() < 0.0 or not 2.0**_LEAST_SIGN_BIT <= values.max() < 2.0**_MOST_BITS:
+        return None
+    bit = int(values.max()).bit_length() - 1
+    negative, signed = values >= 2.0**bit, of_sign_and_size(values, bit)
+    changes = np.flatnonzero(negative[1:] != negative[:-1])
+    sizes = min(np.unique(signed[negative]).size, np.unique(signed[~negative]).size)
+    if min(np.mean(negative), np.mean(~negative)) < _BOTH or sizes < _SIZES or changes.size < _CHANGES:
+        return None
+    steps, jumps = (np.abs(np.diff(numbers))[changes] for numbers in (signed, values))
+    largest = np.where(signed < 0.0, -signed.min(), signed.max())
+    near_zero = np.abs(signed) <= _NEAR_ZERO * largest
+    through_zero = near_zero[changes] & near_zero[changes + 1] & (steps <= _OF_JUMP * jumps)
+    return bit if float(np.mean(through_zero)) >= _MOSTLY else None
+
+
+def of_sign_and_size(values: FloatArray, bit: int) -> FloatArray:
+    """Numbers with their sign, of those that have it in a bit."""
+    return np.where(values >= 2.0**bit, 2.0**bit - values, values)
 
 
 def rate_of(angle: FloatArray, velocity: FloatArray) -> float | None:

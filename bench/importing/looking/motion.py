@@ -8,7 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from bench.importing.looking.column import Column
-from bench.importing.looking.guesses import STRETCH, FloatArray, integral, overflow, ratio_of
+from bench.importing.looking.guesses import (
+    STRETCH,
+    FloatArray,
+    integral,
+    of_sign_and_size,
+    overflow,
+    ratio_of,
+    sign_bit,
+)
 from bench.importing.looking.names import Meaning
 from bench.importing.units import si_of, unit_of
 
@@ -21,13 +29,14 @@ _TOGETHER, _APART = 0.95, 0.5
 
 
 def values_of(column: Column, column_meaning: Meaning) -> FloatArray:
-    """Values of a column in SI units, unwrapped where it is an angle that starts again."""
+    """Values of a column in SI units, with a sign that stands in a bit; an angle that starts again is unwrapped."""
     values = column.seconds
-    wraps = (
-        overflow(column, column_meaning.unit, column_meaning.counted) if column_meaning.quantity == "angle" else None
-    )
-    if wraps is not None:
-        values = np.unwrap(values, period=wraps)
+    bit = sign_bit(column)
+    if bit is not None:
+        values = of_sign_and_size(values, bit)
+    elif column_meaning.quantity == "angle":
+        wraps = overflow(column, column_meaning.unit, column_meaning.counted)
+        values = values if wraps is None else np.unwrap(values, period=wraps)
     return values * unit_of("counts" if column_meaning.counted else column_meaning.unit, "").factor
 
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from bench.errors import ConfigurationError
 from bench.importing.looking.column import Column
-from bench.importing.looking.words import SET_VALUE, is_effort, quantity_of
-from bench.importing.units import PERCENT, split_unit, unit_of
+from bench.importing.looking.words import SET_VALUE, SIGNALS, is_effort, quantity_of
+from bench.importing.units import PERCENT, si_of, unit_of
 
 _BY_UNIT = {
     "s": "time", "rad": "angle", "m": "angle", "rad/s": "velocity", "m/s": "velocity", "N·m": "torque", "N": "torque",
@@ -29,6 +29,8 @@ _MOTOR = re.compile(r"mot|antr|_an$|input|eingang|drive|primary|shaft_1")
 _AMBIENT = re.compile(r"amb|room|umgeb|air|luft|raum")
 _UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ß": "ss"})
 _BRAKE = re.compile(r"brake|bremse|load_?mot|last_?mot")
+_THIRD = re.compile(r"(^|_)az(?=\d*(_|$))")
+"""the azimuth, but beside ``ax`` or ``ay`` the third of three accelerations"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,17 +59,30 @@ class Meaning:
         return self.sided and not self.load
 
 
+def meanings_of(columns: Sequence[Column]) -> dict[str, Meaning]:
+    """Guess what each column of a file is, by its name."""
+    names = {_last_part(column.variable.heading[0]).lower() for column in columns}
+    meanings = {column.name: meaning(column) for column in columns}
+    for column in columns:
+        name = _last_part(column.variable.heading[0]).lower()
+        beside = {_THIRD.sub(rf"\g<1>{axis}", name) for axis in ("ax", "ay")}
+        if _THIRD.search(name) and beside & names and meanings[column.name].quantity == "angle":
+            meanings[column.name] = replace(meanings[column.name], quantity="")
+    return meanings
+
+
 def meaning(column: Column) -> Meaning:
     """Guess what a column is; ``sure`` where its unit says the quantity and not its name alone."""
-    bare, in_name = split_unit(column.variable.name)
+    bare, in_name = column.variable.heading
     unit = column.variable.unit or in_name
-    name = bare.rsplit("/", 1)[-1].strip().lower().replace(" ", "_")
+    name = _last_part(bare).lower()
     # posDes is pos_des
-    words = _HUMP.sub("_", bare.rsplit("/", 1)[-1].strip()).lower().replace(" ", "_")
+    words = _HUMP.sub("_", _last_part(bare)).lower()
     by_name = quantity_of(name)
     unit = _of_quantity(unit, by_name)
     by_unit = "time" if column.stamps else _by_unit(unit)
-    named_so = _COUNTED.search(name) or (_ENCODER.search(name) and may_be_counts(column))
+    of_encoder = _COUNTED.search(name) or (_ENCODER.search(name) and may_be_counts(column))
+    named_so = of_encoder and by_name != "number"
     counted = bool(_COUNTED.search(unit.lower()) or (not unit and named_so))
     quantity = by_unit or ("angle" if counted else by_name)
     if by_unit == "time" and by_name != "time" and not column.stamps:
@@ -78,6 +93,9 @@ def meaning(column: Column) -> Meaning:
         quantity = ""
     if by_unit and by_name and by_unit != by_name and {by_unit, by_name} != {"current", "torque"}:
         quantity = by_unit
+    as_signal = f"{by_name} in {unit if unit == PERCENT else si_of(unit)}"
+    if quantity == "other" and as_signal in SIGNALS:
+        quantity = as_signal
     return Meaning(
         quantity,
         unit,
@@ -91,6 +109,11 @@ def meaning(column: Column) -> Meaning:
         bool(_MEASURED.search(words)),
         quantity == "torque" and is_effort(column.variable.name),
     )
+
+
+def _last_part(bare: str) -> str:
+    """What comes after the last ``/`` of a name, with ``_`` between its words: ``mot.i`` is mot_i."""
+    return re.sub(r"[. ]+", "_", bare.rsplit("/", 1)[-1].strip()).strip("_")
 
 
 def _of_quantity(unit: str, by_name: str) -> str:
@@ -141,7 +164,7 @@ def axes_of(columns: Sequence[Column], meanings: Mapping[str, Meaning]) -> dict[
         return axes
     stems: dict[tuple[str, str], dict[int, str]] = {}
     for column in columns:
-        parts = re.fullmatch(r"(.*?)_?(\d+)", split_unit(column.variable.name)[0].strip())
+        parts = re.fullmatch(r"(.*?)_?(\d+)", column.variable.heading[0].strip())
         if parts and not column.stamps:
             stems.setdefault((meanings[column.name].quantity, parts[1]), {})[int(parts[2])] = column.name
     moving = {
@@ -169,6 +192,6 @@ def busiest_axis(columns: Sequence[Column], meanings: Mapping[str, Meaning], axe
 
 
 def plain(name: str) -> str:
-    """A name a mapping may use for a quantity: letters, digits and underscores."""
-    bare = split_unit(name)[0].rsplit("/", 1)[-1].translate(_UMLAUTS)
+    """A name without its unit as a mapping may use it for a quantity: letters, digits and underscores."""
+    bare = name.rsplit("/", 1)[-1].translate(_UMLAUTS)
     return re.sub(r"[^A-Za-z0-9]+", "_", bare).strip("_") or "quantity"

@@ -92,7 +92,7 @@ def a_matrix_each(files: Sequence[Path], options: TextOptions | None) -> tuple[C
     if any(other != names[0] for other in names) or any(name.startswith(NAMELESS) for name in names[0]):
         return ()
     said = {quantity_of(name.lower()) for name in names[0]}
-    if said - {"", "time"} or not all(lines_of(own) and np.prod(own.shape) > 1 for own in held[0]):
+    if said - {"", "time", "number"} or not all(lines_of(own) and np.prod(own.shape) > 1 for own in held[0]):
         return ()
     first: list[Column] = []
     columns: list[Column] = []

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from bench.importing.looking.column import NAMELESS, Column
 from bench.importing.looking.entries import Entry
-from bench.importing.looking.guesses import overflow, unsigned_bits
+from bench.importing.looking.guesses import of_sign_and_size, overflow, sign_bit, unsigned_bits
 from bench.importing.looking.names import Meaning, may_be_counts
 from bench.importing.mapping import OPEN
 from bench.importing.units import PERCENT
@@ -30,6 +32,10 @@ def place_of(column: Column) -> dict[str, Entry]:
     if bits is not None:
         why = f"{GUESS}: all values are near 0 or near {2**bits}, as negative ones are without their sign"
         entries["signed_bits"] = Entry(bits, why, sure=False)
+    bit = sign_bit(column)
+    if bit is not None:
+        why = f"{GUESS}: the values go on from {2**bit} as they do from 0, as with a bit for the sign"
+        entries["sign_bit"] = Entry(bit, why, sure=False)
     if column.file:
         entries["file"] = Entry(column.file)
         if column.variable.clock is not None:
@@ -45,9 +51,13 @@ def channel_entries(column: Column, column_meaning: Meaning) -> dict[str, Entry]
     next(iter(entries.values())).why = (
         named if column_meaning.sure else f"{GUESS}, from its name" if column_meaning.quantity else GUESS
     )
-    wraps = (
-        overflow(column, column_meaning.unit, column_meaning.counted) if column_meaning.quantity == "angle" else None
-    )
+    low, high = column.span
+    wraps = None
+    if "sign_bit" in entries:
+        signed = of_sign_and_size(column.seconds, entries["sign_bit"].value)
+        low, high = float(np.nanmin(signed)), float(np.nanmax(signed))
+    elif column_meaning.quantity == "angle":
+        wraps = overflow(column, column_meaning.unit, column_meaning.counted)
     if column_meaning.counted:
         entries["unit"] = Entry("counts")
         sure = wraps is not None
@@ -59,7 +69,7 @@ def channel_entries(column: Column, column_meaning: Meaning) -> dict[str, Entry]
         entries["factor"] = Entry(OPEN, "what 100 % is, such as '3.2 N*m'", sure=False)
     elif column_meaning.quantity == "current":
         # no motor takes a thousand amperes, of which a file does not even say the unit
-        likely = "mA" if max(map(abs, column.span)) > _MOST_AMPERES else "A"
+        likely = "mA" if max(-low, high) > _MOST_AMPERES else "A"
         entries["unit"] = Entry(
             column_meaning.unit or likely, "" if column_meaning.unit else GUESS, sure=bool(column_meaning.unit)
         )
@@ -69,7 +79,6 @@ def channel_entries(column: Column, column_meaning: Meaning) -> dict[str, Entry]
     elif column_meaning.quantity == "temperature":
         entries["unit"] = Entry("degC", GUESS, sure=False)
     else:
-        low, high = column.span
         why = f"the values are {low:.4g} to {high:.4g}"
         if column_meaning.quantity == "angle" and may_be_counts(column):
             why += ", whole numbers: 'counts', with counts_per_revolution, if an encoder counts them"

@@ -166,7 +166,22 @@ def test_samples_that_are_not_there_are_held_where_the_mapping_says_so(tmp_path:
             "there is no variable 'q'; the file has t, n, i",
         ),
         ('motor_torque = {variable = "?", unit = "N*m"}', "channels.motor_torque.variable is still '?'"),
-        ('motor_torque = {variable = "i", unit = "N*m", torque_constant = 1.0, factor = 2.0}', "has more than one of"),
+        (
+            'motor_torque = {variable = "i", unit = "N*m", torque_constant = 1.0, factor = 2.0}',
+            "channels.motor_torque: has both 'torque_constant' and 'factor', one conversion is enough: 'factor'",
+        ),
+        (
+            'motor_torque = {variable = "i", torque_constant = 1.0, counts_per_revolution = 4096}',
+            "the one that is not of this channel should be left out.",
+        ),
+        (
+            'motor_torque = {variable = "i", unit = "N*m", offset = "3 kg"}',
+            "channels.motor_torque.offset: unit 'kg' should be one that becomes 'N·m'",
+        ),
+        (
+            'motor_angle = {variable = "n", unit = "counts", counts_per_revolution = 4096, offset = "50 %"}',
+            "channels.motor_angle.offset: unit '%' should be one that becomes 'rad'",
+        ),
         ('motor_torque = {variable = "i", unit = "N*m", scale = 0.0}', "scale: is 0"),
         ('"a/b" = {variable = "i"}', "channels.a/b should have a name without '/'; [aux.NAME] is the table of others"),
     ],
@@ -224,6 +239,62 @@ def test_a_key_of_a_table_that_is_not_there_names_the_one_that_is_meant(folder: 
     channels = 'motor_torque = {variable = "i", unit = "N*m"}'
     with pytest.raises(ConfigurationError, match=r"motor_torqe: needs .*Did you mean 'channels\.motor_torque'"):
         builders.one(folder, channels, changes={"channels.motor_torqe.unit": "mNm"})
+
+
+@pytest.mark.parametrize(
+    ("factor", "right"),
+    [('"10 mm/rev"', "0.001 mm/count"), ('"1 cm / turn"', "0.0001 cm/count"), ("0.5", "0.001 mm/count")],
+)
+def test_counts_per_revolution_and_a_factor_are_refused_with_what_would_be_right(
+    folder: Path, factor: str, right: str
+) -> None:
+    channels = """
+motor_angle = {{variable = "n", unit = "counts", {}}}
+motor_torque = {{variable = "i", unit = "A", torque_constant = "80 N/A"}}
+"""
+    with pytest.raises(ConfigurationError) as error:
+        builders.run(folder, channels.format(f"counts_per_revolution = 10000, factor = {factor}"))
+    said = str(error.value)
+    assert f"{folder / 'map.toml'}: channels.motor_angle: has both 'counts_per_revolution' and 'factor'" in said
+    assert f"unit = 'counts' and factor = '{right}' without 'counts_per_revolution' would be right" in said
+    assert "Did you mean" not in said
+    recording = builders.one(folder, channels.format(f'factor = "{right}"')).recording
+    np.testing.assert_allclose(recording.si("motor_angle"), _COUNTS * 0.01 / 10000, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("unit", "offset", "added"),
+    [
+        ("counts_per_revolution = 4096", "-2048", -np.pi),
+        ("counts_per_revolution = 4096", '"-180 deg"', -np.pi),
+        ("counts_per_revolution = 4096", '"-2048 counts"', -np.pi),
+        ("counts_per_revolution = 4096", '"-0.5 rev"', -np.pi),
+        ('unit = "deg"', '"90"', np.pi / 2),
+        ('unit = "deg"', '".5 rad"', 0.5),
+        ('unit = "V", factor = "36 deg/V"', '"500 mV"', np.radians(18.0)),
+        ('unit = "V", factor = "36 deg/V"', '"18 deg"', np.radians(18.0)),
+        ('unit = "deg"', '"k"', np.radians(60.0)),
+    ],
+)
+def test_an_offset_is_in_the_unit_of_the_file_or_says_its_own(
+    tmp_path: Path, unit: str, offset: str, added: float
+) -> None:
+    np.savez(tmp_path / "a.npz", t=_T, n=_COUNTS.astype(float), i=_I, k=np.array([60.0]))
+    angles = []
+    for more in ("", f", offset = {offset}"):
+        channels = f'motor_angle = {{variable = "n", {unit}{more}}}\nmotor_torque = {{variable = "i", unit = "N*m"}}'
+        recording = builders.one(tmp_path, channels, file="a.npz", ratio="50.0").recording
+        angles.append(recording.si("motor_angle"))
+        recording.path.unlink()
+    np.testing.assert_allclose(angles[1] - angles[0], added, rtol=1e-9)
+
+
+def test_an_offset_of_a_temperature_is_a_difference(folder: Path) -> None:
+    channels = (
+        'motor_torque = {variable = "i", unit = "N*m"}\ntemperature = {variable = "p", unit = "degF", offset = "2 K"}'
+    )
+    recording = builders.one(folder, channels).recording
+    np.testing.assert_allclose(recording.si("temperature"), (3.0 + _T - 32.0) / 1.8 + 2.0)
 
 
 def test_a_file_of_measurements_is_no_mapping_and_the_way_to_one_is_said(folder: Path) -> None:

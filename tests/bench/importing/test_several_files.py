@@ -150,6 +150,23 @@ def test_many_files_with_the_same_channels_are_told_in_a_few_lines(tmp_path: Pat
     assert len(list((tmp_path / "out").glob("*.h5"))) == 8
 
 
+def test_notes_of_many_files_that_differ_in_numbers_alone_are_one_line(tmp_path: Path) -> None:
+    channels = 'motor_angle = {variable = "pos", unit = "deg"}'
+    for runs, lines in ((6, ["in 6 of 6 files by the time stamps 1 … 6 of 2000 samples are missing"]), (3, None)):
+        folder = tmp_path / str(runs)
+        folder.mkdir()
+        for run in range(runs):
+            there = np.delete(np.arange(_T.size), 100 + 7 * np.arange(run + 1))
+            builders.csv(folder / f"run{run}.csv", t=_T[there], pos=_Q[there])
+        done = builders.run(folder, channels, file="run*.csv")
+        assert all("samples are missing" in " ".join(one.notes) for one in done if isinstance(one, Imported))
+        shutil.rmtree(folder / "out")
+        shown = CliRunner().invoke(make_app(), ["import", str(folder / "map.toml"), "--out", str(folder / "out")])
+        said = [line for line in shown.output.splitlines() if "samples are missing" in line]
+        each = [f"run{run}: by the time stamps {run + 1} of 2000 samples are missing" for run in range(runs)]
+        assert said == (lines or each)
+
+
 def test_columns_are_aligned_under_long_headings_and_units(tmp_path: Path) -> None:
     long = "Actual velocity of the motor's shaft before the brake (rad/s)"
     builders.csv(tmp_path / "a.csv", **{"Time (s)": _T, long: _Q, "inertia [kg*m**2]": _T, "short": _Q})

@@ -7,6 +7,7 @@ import math
 import pytest
 
 from bench.errors import ConfigurationError
+from bench.importing.headings import split_heading
 from bench.importing.units import is_unit, split_unit, unit_of
 
 
@@ -80,3 +81,43 @@ def test_a_speed_that_was_written_as_a_product_is_said_to_be_one() -> None:
 )
 def test_a_unit_at_the_end_of_a_name(heading: str, name: str, unit: str) -> None:
     assert split_unit(heading) == (name, unit)
+
+
+@pytest.mark.parametrize(
+    ("heading", "name", "unit"),
+    [
+        ("time/s", "time", "s"),
+        ("cam_angle/deg", "cam_angle", "deg"),
+        ("torque/V", "torque", "V"),
+        ("torque/N m", "torque", "N m"),
+        ("opening/%", "opening", "%"),
+        ("t/ms", "t", "ms"),
+        ("F/N", "F", "N"),
+        ("M/Nm", "M", "Nm"),
+        ("s/mm", "s", "mm"),
+        ("alpha/deg", "alpha", "deg"),
+        ("v/m/s", "v", "m/s"),
+        ("v/(m/s)", "v", "m/s"),
+        ("n/1/min", "n", "1/min"),
+        ("omega/rad/s", "omega", "rad/s"),
+        # a ratio is one unit
+        ("m/s", "m/s", ""),
+        ("m/s²", "m/s²", ""),
+        ("deg/s", "deg/s", ""),
+        ("U/min", "U/min", ""),
+        ("Nm/rad", "Nm/rad", ""),
+        ("vel m/s", "vel", "m/s"),
+        ("force_N/s", "force", "N/s"),
+        ("speed [m/s]", "speed", "m/s"),
+        # names with a mark between
+        ("on/off", "on/off", ""),
+        ("min/max", "min/max", ""),
+        ("Log/t", "Log/t", ""),
+    ],
+)
+def test_a_heading_may_have_its_unit_after_a_mark_alone(heading: str, name: str, unit: str) -> None:
+    assert split_heading(heading) == (name, unit)
+
+
+def test_in_groups_the_mark_divides_names() -> None:
+    assert split_unit("log/A") == ("log/A", "")
