@@ -47,6 +47,35 @@ def test_what_shakes_fast_wants_a_short_window_and_a_coarse_encoder_a_long_one(
     assert manner.smoothing == span
 
 
+@pytest.mark.parametrize(("noise", "span"), [(1e-6, 0.06), (0.02, 0.5)])
+def test_noise_in_a_slow_acceleration_asks_for_a_window_of_many_samples(
+    tmp_path: Path, noise: float, span: float
+) -> None:
+    """At 20 Hz a window of 60 ms has five samples; a coarse angle leaves nothing but noise in their curvature."""
+    rng = np.random.default_rng(4)
+    time = np.arange(4000) / 20.0
+    angle, inertia = 8.0 * np.sin(0.6 * time), 0.05
+    torque = 0.02 * np.sign(np.cos(0.6 * time)) - inertia * 8.0 * 0.36 * np.sin(0.6 * time)
+    angle = angle + rng.normal(0.0, noise, time.size)
+    builders.csv(tmp_path / "a.csv", t=time, q=angle, M=torque + rng.normal(0.0, 0.02, time.size))
+    rates = best_rates([builders.one(tmp_path, CHANNELS).recording], 0.05)
+    assert rates is not None
+    assert (rates.span == 0.06) if span == 0.06 else (rates.span >= span)
+
+
+def test_a_window_that_leaves_no_less_is_not_made_longer(tmp_path: Path) -> None:
+    """Nothing in the torque says how fast the speed changes: the window stays as long as any other motion's."""
+    rng = np.random.default_rng(5)
+    time = np.arange(4000) / 20.0
+    builders.csv(
+        tmp_path / "a.csv",
+        t=time,
+        q=8.0 * np.sin(0.6 * time) + rng.normal(0.0, 0.02, time.size),
+        M=0.02 * np.sign(np.cos(0.6 * time)) + rng.normal(0.0, 0.02, time.size),
+    )
+    assert best_rates([builders.one(tmp_path, CHANNELS).recording], 0.3) == Rates(0.06)
+
+
 def test_of_many_short_pieces_that_rest_for_the_most_part_those_that_move_are_asked(tmp_path: Path) -> None:
     """Of six that are spread over the folder none moves."""
     rng = np.random.default_rng(7)
