@@ -12,10 +12,12 @@ from bench.mismatch.calibrated_by_heat import CalibrationHeat, calibrated
 from bench.mismatch.discovery import ChannelOutcome, Discovery
 from bench.mismatch.given import LOAD_INERTIA, LOAD_SIDE, SENSOR, Given, Known
 from bench.mismatch.memory import give_back
+from bench.mismatch.orders import swings as short
 from bench.mismatch.orders.misread import ENCODER
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.periodicity import Periodicity
 from bench.mismatch.orders.reaction import Reaction, reaction_of
+from bench.mismatch.orders.reported_swings import of_torque
 from bench.mismatch.orders.revolutions import found_in
 from bench.mismatch.orders.scattering import scattering
 from bench.mismatch.orders.shaken import Rates, inertia_from_orders, inertia_of, largest_inertia, without_shaking
@@ -47,6 +49,7 @@ from bench.mismatch.unnamed.crossings import FINE_S, FineResidual, on_grid
 from bench.mismatch.unnamed.ring_down import RingDown, ring_down
 from bench.mismatch.unnamed.structure import examine
 from bench.mismatch.who_reads_wrong import as_reported, mark, mark_load, of_load_motor, of_shaft, on_shaft
+from bench.mismatch.whose_orders import told as whose
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.memory import lag, loss_lag
 from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
@@ -78,8 +81,10 @@ class Analysis:
     """the simulation alone, fitted to the rows of such a torque with the orders in them"""
 
 
-def compared_channels(data: Dataset) -> tuple[list[str], list[str]]:
-    """Channels that can be compared, and a sentence for each that cannot."""
+def compared_channels(data: Dataset, orders: Sequence[float] = ()) -> tuple[list[str], list[str]]:
+    """Channels that can be compared, and a sentence for each that cannot; ``orders`` that the simulation has of the
+    transmission error.
+    """
     out: list[str] = []
     skipped: list[str] = []
     for channel, spec in CHANNELS.items():
@@ -89,9 +94,11 @@ def compared_channels(data: Dataset) -> tuple[list[str], list[str]]:
             skipped.append(f"{channel} is not compared: the recordings have no {', '.join(missing)}")
         elif rows is None or not usable(channel, rows).any():
             skipped.append(f"{channel} is not compared: no recording has a usable sample of it in motion")
-        elif channel == TRANSMISSION_ERROR and not found_in(rows.frame):
+        elif channel == TRANSMISSION_ERROR and (data.linear or orders) and not found_in(rows.frame):
+            # what is found in swings takes the place of no series, and a linear axis has no revolution to be short of
             skipped.append(
-                f"{channel} is not compared: no steady part covers an output revolution, so orders cannot be found"
+                f"{channel} is not compared: no steady part covers an output revolution, so the simulation's orders"
+                " cannot be calibrated"
             )
         elif channel == TEMPERATURE and not _has_a_course(rows):
             skipped.append(
@@ -145,6 +152,10 @@ def analyse(
             assert out.transmission.offset is not None
             out.transmission.offset.close()
             out.outcomes[channel].scattering = scattering(out.transmission)
+            if MOTOR_TORQUE in channels and not data.linear:
+                outcome = out.outcomes[channel]
+                decided = out.transmission.torque_check.orders
+                outcome.discoveries = [whose(found, data, decided) for found in outcome.discoveries]
             out.reaction = _reaction(out, data, given, seed) if task.reacts(out.transmission) else None
         else:
             reaction = out.reaction if channel == MOTOR_TORQUE else None
@@ -207,7 +218,7 @@ def _beside_orders(out: Analysis, data: Dataset, given: Given, problem: ChannelP
     rates = _rates_of(data, seen)
     inertia = inertia_from_orders(seen, rates, seed) if channel == MOTOR_TORQUE else None
     inertia = inertia_of(search.model) if inertia is None else inertia
-    found = torque_discoveries(without_shaking(seen, inertia, rates), seed)
+    found = _orders_of(search, without_shaking(seen, inertia, rates), seed)
     waves = np.sum([np.zeros(problem.rows.size), *(d.added for d in found)], axis=0)
     size = float(np.sqrt(np.average(waves**2, weights=np.where(problem.usable, problem.rows.number, 0.0))))
     little = size < criteria.LEAST_STRENGTH * search.model.floor
@@ -220,6 +231,19 @@ def _beside_orders(out: Analysis, data: Dataset, given: Given, problem: ChannelP
     # what was taken off is what is reported: it is not looked for again
     out.periodic[channel] = found
     return searched(replace(problem, rows=replace(problem.rows, y=problem.rows.y - waves)), seed)
+
+
+def _orders_of(search: Search, seen: Periodicity, seed: int) -> list[Discovery]:
+    """What is periodic in a torque: by the spectra of its steady parts or, where no part has a spectrum, in the swings
+    of the motion.
+    """
+    model = search.model
+    if seen.shaft or seen.output or model.channel != MOTOR_TORQUE:
+        return torque_discoveries(seen, seed)
+    rows = model.problem.rows
+    left = rows.y - model.predict(rows.frame)
+    found = short.borne_out(short.search(rows, left, model.problem.train), rows, left, model.problem.held_out)
+    return of_torque(found, rows, np.where(model.problem.usable, rows.number, 0.0), model.floor)
 
 
 def _rates_of(data: Dataset, seen: Periodicity) -> Rates:
@@ -244,7 +268,7 @@ def _outcome(
         found = out.periodic.get(channel)
         if found is None:
             seen = periodicity_of(data, given, search, reaction, _misread(out))
-            found = torque_discoveries(without_shaking(seen, inertia_of(search.model), _rates_of(data, seen)), seed)
+            found = _orders_of(search, without_shaking(seen, inertia_of(search.model), _rates_of(data, seen)), seed)
         outcome.discoveries += found
     # what is left is tested on what the channel's own rows are fitted best by
     alone = replace(search, model=search.model.by_itself())

@@ -12,6 +12,8 @@ import numpy as np
 from bench.mismatch import criteria
 from bench.mismatch.discovery import ChannelOutcome
 from bench.mismatch.orders.look import HIGHEST_ORDER
+from bench.mismatch.orders.revolutions import found_in
+from bench.mismatch.orders.swings import bounds
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.motion import NEARLY_ALL, share_of_one_way
 from bench.mismatch.recordings.output_orders import HIGHEST_OUTPUT_ORDER
@@ -42,7 +44,26 @@ def one_way(outcome: ChannelOutcome) -> list[str]:
     ]
 
 
+def _in_swings(outcome: ChannelOutcome, data: Dataset) -> bool:
+    """Whether orders of a channel were looked for in swings, as no steady part of it covers a revolution."""
+    if outcome.channel == TRANSMISSION_ERROR:
+        return not found_in(outcome.rows.frame)
+    return outcome.channel == MOTOR_TORQUE and not data.output.get(MOTOR_TORQUE) and not data.shaft
+
+
+def _of_swings(outcome: ChannelOutcome) -> str:
+    fitted = np.flatnonzero(outcome.usable & ~outcome.held_out)
+    found = bounds(outcome.rows.frame.take(fitted))
+    why = "no steady part has a whole revolution"
+    if found is None:
+        return f"single orders of the output, but for functions of the angle ({why}, and the swings are too short)"
+    below = f"below {found[0]:.0f}, which are parts of functions of the angle, or " if found[0] >= 1.0 else ""
+    return f"orders {below}above {found[1]:.0f} per output revolution ({why}: they were looked for in the swings)"
+
+
 def _orders(outcome: ChannelOutcome, data: Dataset) -> Sequence[str]:
+    if _in_swings(outcome, data):
+        return [_of_swings(outcome)]
     if outcome.channel == TRANSMISSION_ERROR:
         highest = float(HIGHEST_ORDER)
     elif outcome.channel in (MOTOR_TORQUE, LOAD_TORQUE):

@@ -36,7 +36,8 @@ class RefittedAlternative:
     ``loss``: log predictive density of the points left out that it loses against the discovery, with its standard
     ``error``; ``weight``: probability that it predicts best (:func:`bench.mismatch.regression.folds.weights`);
     ``left`` (n,): what the model with it leaves of the channel's rows, None where it was not evaluated there;
-    ``of_fitted``: its figures are of log-likelihood in the fitted revolutions, its numbers paid for.
+    ``of_fitted``: its figures are of log-likelihood in the fitted revolutions, its numbers paid for; ``worse_by``:
+    squares with which it predicts points left out over those of the discovery, nan where they were not compared.
     """
 
     effect: str
@@ -47,6 +48,7 @@ class RefittedAlternative:
     as_good: bool
     left: FloatArray | None = field(default=None, repr=False)
     of_fitted: bool = False
+    worse_by: float = np.nan
 
     @classmethod
     def of_revolutions(cls, effect: str, words: str, loss: float, error: float, weight: float) -> RefittedAlternative:

@@ -12,6 +12,7 @@ from bench.mismatch.discovery import ChannelOutcome
 from bench.mismatch.orders.beyond_orders import beyond_orders
 from bench.mismatch.orders.discoveries import discoveries as of_orders
 from bench.mismatch.orders.model import TransmissionModel
+from bench.mismatch.orders.reported_swings import discoveries as in_swings
 from bench.mismatch.orders.turns import learn, offset_anew
 from bench.mismatch.recordings.beginning import at_start, risen
 from bench.mismatch.recordings.dataset import Dataset
@@ -127,7 +128,7 @@ def of_transmission(model: TransmissionModel, data: Dataset, seed: int, formulas
     frame = model.rows.frame
     offset_model = offset.model
     offset_model.compare_recordings()
-    periodic = model.periodic.evaluate(frame) if model.periodic is not None else np.zeros(frame.size)
+    periodic = model.periodic_at_rows
     level = offset_model.predict(frame)
     before = model.given_orders + offset_model.predict(frame, [], offset_model.refitted([]))
     held = np.isin(frame.recording, list(data.held_out()))
@@ -153,6 +154,8 @@ def of_transmission(model: TransmissionModel, data: Dataset, seed: int, formulas
         outcome.doubt += uncertainty(offset_model, frame, outcome.held_out, model.rows.number)
     outcome.levels = offset_model.fit.variance
     outcome.discoveries += found
+    if model.swings is not None:
+        outcome.discoveries += in_swings(model.swings.orders, model.rows, model.compared, floor, model.banned)
     left = model.rows.y - periodic
     told = of_regression(offset, slots, level, model.compared, frame, left)
     calibrated = offset_model.calibrated

@@ -178,6 +178,9 @@ def _with_series(out: Simulation, model: TransmissionModel, whole: bool) -> Simu
     if whole and model.periodic is not None:
         series = model.periodic.series
     sets = [_side(series, side, offset[k]) for k, side in enumerate((1, -1))]
+    if model.swings is not None:
+        # of a joint that never turns its output round the simulation has an offset and no series
+        sets = [replace(FourierSet.zeros(()), offset=level) for level in offset]
     if all(part is None for part in sets):
         return out
     coefficients = TransmissionErrorModel(sets[0], sets[1])

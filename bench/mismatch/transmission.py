@@ -13,7 +13,7 @@ from bench.mismatch.discovery import AMBIGUOUS, UNNAMED, ChannelOutcome, Discove
 from bench.mismatch.given import Given
 from bench.mismatch.orders.courses import EFFECTS
 from bench.mismatch.orders.misread import torque_check
-from bench.mismatch.orders.model import GivenOrders, KnownOffset, TransmissionModel, begun
+from bench.mismatch.orders.model import GivenOrders, KnownOffset, Swings, TransmissionModel, begun
 from bench.mismatch.orders.of_motor import multiples
 from bench.mismatch.orders.reaction import reaction_of
 from bench.mismatch.orders.revolutions import directions, states
@@ -175,6 +175,9 @@ class Task:
         series = GivenOrders(given.orders, data.folder.notch, given.laws)
         rows = replace(rows, y=rows.y - taken)
         beginning = begun(rows, data.folds(), series, base, given.switched_off, self.banned)
+        if not beginning.revolutions:
+            beginning.given = GivenOrders(())
+            beginning.swings = Swings(data.folder.manner.free, data.cut)
         model = analyse(replace(beginning, tone=tone, known=known), self.seed)
         while known is not None:
             before, known = known, misleading(model)

@@ -266,6 +266,7 @@ QUANTITIES: dict[str, Quantity] = _Known(
         "torque": Quantity("load torque", "N*m", lambda f: f.torque_level),
         "load": Quantity("size of the load torque", "N*m", lambda f: np.abs(f.torque_level)),
         "load_motor_torque": Quantity("load motor's torque", "N*m", lambda f: f.load_motor_level),
+        "motor_torque": Quantity("motor torque", "N*m", lambda f: f.motor_torque),
         "load_power": Quantity("power at the output", "W", lambda f: f.torque_level * f.velocity),
         "temperature": Quantity("temperature", "degC", lambda f: f.temperature),
         "quick_warming": _above_lagged("that of the last two minutes", QUICK_WARMING_S),

@@ -14,6 +14,7 @@ from bench.mismatch.orders.misread import TorqueCheck
 from bench.mismatch.orders.periodic import Periodic
 from bench.mismatch.orders.revolutions import LEAST_PART, SHORTEST_REVOLUTION, Revolution, Seen, found_in
 from bench.mismatch.orders.series import Series
+from bench.mismatch.orders.swings import SwingOrder, evaluated
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.noise import Mixture, usual_rate
 from bench.mismatch.regression.problem import BaseTerm
@@ -43,6 +44,17 @@ class KnownOffset:
     values: FloatArray
     states: bool
     moved: float
+
+
+@dataclass(frozen=True, slots=True)
+class Swings:
+    """Of a joint that never turns its output round: whether its motion is ``free`` and its recordings are pieces that
+    were ``cut``, as in :class:`bench.mismatch.regression.problem.ChannelProblem`; the ``orders`` that were found.
+    """
+
+    free: bool
+    cut: bool
+    orders: tuple[SwingOrder, ...] = ()
 
 
 @dataclass(slots=True)
@@ -83,6 +95,8 @@ class TransmissionModel:
     """found strong, so that everything else is calibrated under them"""
     torque_check: TorqueCheck = field(default_factory=TorqueCheck)
     """whose the multiples of the ratio are, by the load's reaction"""
+    swings: Swings | None = None
+    """how the rows are read where no steady part covers a revolution; None where one does"""
 
     @property
     def training_revolutions(self) -> list[Revolution]:
@@ -93,6 +107,13 @@ class TransmissionModel:
         """Hold again what a copy holds that was made ``before``."""
         for item in fields(self):
             setattr(self, item.name, getattr(before, item.name))
+
+    @property
+    def periodic_at_rows(self) -> FloatArray:
+        """What of the model is periodic in the angle, at the rows (n,)."""
+        if self.swings is not None:
+            return evaluated(self.swings.orders, self.rows)
+        return np.zeros(self.rows.size) if self.periodic is None else self.periodic.evaluate(self.rows.frame)
 
     @property
     def without_offset(self) -> FloatArray:

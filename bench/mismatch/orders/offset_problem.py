@@ -71,6 +71,9 @@ def offset_problem(model: TransmissionModel, y: FloatArray) -> ChannelProblem:
         model.switched_off,
         model.banned,
         states=model.known is not None and model.known.states,
+        free=model.swings is not None and model.swings.free,
+        cut=model.swings is not None and model.swings.free and model.swings.cut,
+        swings=model.swings is not None,
     )
 
 

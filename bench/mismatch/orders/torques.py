@@ -34,6 +34,8 @@ from bench.simulation.terms import LIBRARY, MOTOR_TORQUE
 from bench.simulation.waves import Wave
 
 Row = dict[str, Any]
+LOAD = "tau"
+"""factor of what goes with the load"""
 UNBALANCE, FRICTION = "load.unbalance", "friction.position_dependent"
 OUTPUT_MODELS: tuple[Model, ...] = (
     ("1",),
@@ -61,12 +63,17 @@ def _over_output(seen: Periodicity, seed: int, taken: Collection[float]) -> list
         return []
     revolutions = output_revolutions(seen.output, seen.folds)
     lines = [
-        s for s in significant_lines(revolutions, OUTPUT_MODELS, seed) if s.order > LOW_ORDERS and s.order not in taken
+        s
+        for s in significant_lines(revolutions, OUTPUT_MODELS, seed)
+        # no function of the rows goes with the load and the angle
+        if (s.order > LOW_ORDERS or LOAD in s.model) and s.order not in taken
     ]
     one_way = len({s.direction for s, t in zip(seen.output, revolutions.train, strict=True) if t}) < 2
     by_effect: dict[str, list[tuple[Line, tuple[int, ...]]]] = {}
     for line in lines:
         for k, factor in enumerate(line.model):
+            if line.order <= LOW_ORDERS and factor != LOAD:
+                continue  # what the rows show is found among them
             effect = name_of(seen.channel, line.order, factor)
             lines_of_effect = by_effect.setdefault(effect, [])
             if lines_of_effect and lines_of_effect[-1][0] is line:

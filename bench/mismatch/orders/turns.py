@@ -9,12 +9,13 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.orders import offset_rows as slow
+from bench.mismatch.orders import swings as short
 from bench.mismatch.orders.between import search_between
 from bench.mismatch.orders.calibrating import calibrate_all
 from bench.mismatch.orders.hidden import unhide
 from bench.mismatch.orders.joint import SETTLINGS, Evidence, settled
 from bench.mismatch.orders.look import HIGHEST_ORDER
-from bench.mismatch.orders.model import KnownOffset, TransmissionModel, floor_of, with_noise
+from bench.mismatch.orders.model import KnownOffset, Swings, TransmissionModel, floor_of, with_noise
 from bench.mismatch.orders.offset_problem import offset_alone, offset_problem, wavering
 from bench.mismatch.orders.revolutions import Seen, looks, seen
 from bench.mismatch.orders.series import Series
@@ -32,6 +33,8 @@ ROUNDS = 24
 FEWEST_CALIBRATED = 2
 """steady revolutions that may be fitted from which the series is calibrated; its prior and the steady parts of less
 than a revolution say the rest"""
+SWINGS = 3
+"""times that orders of a joint which never turns its output round are looked for beside an offset found anew"""
 LEARNINGS = 3
 """times that the series learns from the offset's rows, which are searched anew, as long as it still does"""
 LEARNT = 0.5
@@ -40,12 +43,34 @@ LEARNT = 0.5
 
 def analyse(model: TransmissionModel, seed: int) -> TransmissionModel:
     """Find what the transmission error's simulation lacks."""
+    if model.swings is not None:
+        return _in_swings(model, model.swings, seed)
     if int(model.train.sum()) >= FEWEST_CALIBRATED:
         if model.known is None:
             find_orders(model, model.without_offset - wavering(model, model.rows.y), seed)
         model.quiet = model.without_offset - level_of(model)
         find_orders(model, model.quiet, seed)
     offset_anew(model, seed)
+    return model
+
+
+def _in_swings(model: TransmissionModel, swings: Swings, seed: int) -> TransmissionModel:
+    """The same where no steady part covers a revolution: the offset, which has functions of the angle then, and orders
+    that come several times in a swing, in turns.
+    """
+    fold = model.folds[model.rows.frame.recording]
+    fitted, held = model.inside & (fold >= 0), model.inside & (fold < 0)
+    offset_anew(model, seed)
+    for _ in range(SWINGS):
+        assert model.offset is not None
+        before, level = model.swings, model.offset.model.predict(model.rows.frame)
+        left = model.toneless - level
+        found = short.borne_out(short.search(model.rows, left, fitted), model.rows, left, held)
+        if before is not None and [o.wave.order for o in found] == [o.wave.order for o in before.orders]:
+            break
+        model.swings = replace(swings, orders=found)
+        model.offset.close()
+        offset_anew(model, seed)
     return model
 
 
@@ -82,9 +107,8 @@ def misleading(model: TransmissionModel) -> KnownOffset | None:
 
 def offset_anew(model: TransmissionModel, seed: int) -> None:
     """Search what the model's periodic part leaves for what the offset lacks."""
-    periodic = model.periodic.evaluate(model.rows.frame) if model.periodic is not None else np.zeros(model.rows.size)
     model.offset = None  # its bank would stand beside the next one's
-    model.offset = searched(offset_problem(model, model.rows.y - periodic), seed)
+    model.offset = searched(offset_problem(model, model.rows.y - model.periodic_at_rows), seed)
 
 
 def learn(model: TransmissionModel, seed: int) -> None:

@@ -188,16 +188,20 @@ def _shares(block: Block, blocks: Sequence[Block], fitted: Fit) -> bool:
     return True
 
 
-def sound_beside(search: Search, others: Sequence[Chosen], by: Block, fitted: Fit) -> bool:
-    """Whether an effect leaves terms physically possible that are so without it: friction that it makes negative is no
-    friction, but what it takes from it. An inertia that comes out negative beside drag is another matter: of a term
-    that it shares next to nothing with it takes nothing.
+def sound_beside(
+    search: Search, others: Sequence[Chosen], by: Block, fitted: Fit, in_place_of: Chosen | None = None
+) -> bool:
+    """Whether an effect leaves terms physically possible that are so without it, or with the one that it takes the
+    place of: friction that it makes negative is no friction, but what it takes from it. An inertia that comes out
+    negative beside drag is another matter: of a term that it shares next to nothing with it takes nothing.
     """
     model = search.model
-    plain = model.refitted(others)
+    before = [model.refitted(others)]
+    if in_place_of is not None:
+        before.append(model.refitted([*others, in_place_of]))
     for block in [*model.base, *(c.main for c in others)]:
         term = block.regressor
-        if not isinstance(term, Named) or not admissible(term, *plain.of(block.indices)):
+        if not isinstance(term, Named) or not any(admissible(term, *plain.of(block.indices)) for plain in before):
             continue
         if (
             not admissible(term, *fitted.of(block.indices))

@@ -333,6 +333,31 @@ def free_candidates(channel: str, frame: Frame, straight: bool = False, states: 
         yield from spells(channel, frame, times)
 
 
+HARMONIC = "te.harmonic"
+LOW_ORDERS = range(1, 13)
+"""orders that rows averaged in time show; higher ones are looked for in the rows over the angle"""
+
+
+def swing_candidates(channel: str, frame: Frame) -> Iterator[Regressor]:
+    """Further candidates in the transmission error of a joint that never turns its output round steadily: functions of
+    the angle and, where no load torque was recorded that winds the gearbox up, of the motor's torque; and, where it
+    was, low orders of which a whole period was run, but for the motor shaft's. Where nothing tells the load, gravity
+    winds an arm up as a low order would, and no name is told.
+    """
+    loaded = not is_constant(quantity("torque", frame))
+    term = LIBRARY[HARMONIC]
+    travelled = float(np.ptp(frame.theta)) if frame.size else 0.0
+    for order in LOW_ORDERS if loaded else ():
+        of_shaft = frame.ratio > 1.0 and abs(order / frame.ratio - max(round(order / frame.ratio), 1)) < 1e-6
+        if order * travelled >= 2.0 * np.pi and not of_shaft:
+            yield Named(term, channel, term.forms[channel][0], (float(order),))
+    for name in (without_a_jump(ANGLE, frame), *(() if loaded else ("motor_torque",))):
+        values = quantity(name, frame)
+        every = [ends(values), *(knots_of(values, number) for number in KNOTS)]
+        for knots in dict.fromkeys(k for k in every if k is not None):
+            yield Free(channel, (Grid((name,), "1", (knots,)),))
+
+
 def overlapping(frame: Frame) -> bool:
     """Whether recordings overlap in time: their stamps are no time of one campaign then, and nothing depends on it."""
     first = np.flatnonzero(np.diff(frame.recording, prepend=-1))

@@ -28,13 +28,14 @@ from bench.mismatch.regression.spells import spell_of
 from bench.mismatch.regression.state import Search
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.quantities import ANGLE, QUANTITIES, factor, kind_of, quantity, without_a_jump
+from bench.simulation.waves import Wave
 
 FRICTION_OVER_ANGLE = "friction.position_dependent"
 """effect that changes its sign with the direction, and nothing else of it"""
 MODULATES = ("1", "last_d", "load_motor", "tau", "w")
 """factors that a function of the output angle may be multiplied with"""
-WAVE = "m"
-"""symbol of a term's order per output revolution"""
+WAVES = ("m", "f")
+"""symbols of a term's order per output revolution"""
 
 
 def discoveries(
@@ -115,7 +116,7 @@ def _over_angle(
     """
     if isinstance(regressor, Named):
         symbols = [s.symbol for s in regressor.form.nonlinear]
-        return (), tuple(v for name, v in zip(symbols, regressor.point, strict=True) if name == WAVE)
+        return (), tuple(v for name, v in zip(symbols, regressor.point, strict=True) if name in WAVES)
     if tuple(map(kind_of, regressor.variables)) != (ANGLE,):
         return (), ()
     angle = QUANTITIES[ANGLE].values(frame)
@@ -150,14 +151,17 @@ def _refitted(
     chosen = [*others, alternative.chosen]
     regressor = alternative.chosen.main.regressor
     left = y - predicted(chosen, model.refitted(chosen))
+    # of a table that a name foresees better than the weight is the name's
+    foreseen = alternative.worse_by * criteria.EITHER > 1.0
     return RefittedAlternative(
         regressor.effect,
         regressor.words,
         alternative.loss,
         alternative.error,
-        alternative.weight,
+        float("nan") if foreseen else alternative.weight,
         alternative.as_good,
         left,
+        worse_by=alternative.worse_by,
     )
 
 
@@ -263,6 +267,10 @@ def rows_of(model: ChannelModel, chosen: Chosen, fitted: Fit | None = None) -> l
         std = model.std(block.indices, fit)
         if isinstance(block.regressor, Free):
             out += [{"effect": chosen.effect, **row} for row in block.regressor.rows(coefficients)]
+        elif isinstance(block.regressor, Named) and block.regressor.form.counts:
+            # an order of the transmission error stands in a file as a wave
+            wave = Wave(block.regressor.point[0], "1", *map(float, coefficients), *map(float, std))
+            out.append({"effect": chosen.effect, "channels": [model.channel], "waves": [wave.to_json()]})
         else:
             out.append({"effect": chosen.effect, **block.regressor.row(coefficients, std)})
     return out

@@ -7,11 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from bench.mismatch import criteria
+from bench.mismatch.regression.folds import squares
 from bench.mismatch.regression.model import ChannelModel, Chosen
 from bench.mismatch.regression.problem import ChannelProblem
-from bench.mismatch.regression.regressors import UNKNOWN
+from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor
 from bench.mismatch.regression.strength import active_size, size_of, trusted
 from bench.simulation.frame import FloatArray
+from bench.simulation.quantities import ANGLE, kind_of
 
 EXACT = 1e-12
 """share of its energy that is left of a column drawn exactly by others: rounding"""
@@ -82,6 +84,41 @@ def explains_most(model: ChannelModel, name: Chosen) -> bool:
     named = [c for c in model.chosen if c.effect != UNKNOWN]
     whole, one, nothing = (_predicted(model, chosen) for chosen in (model.chosen, [*named, name], named))
     return active_size(whole - one, number) < criteria.SHAPE * active_size(whole - nothing, number)
+
+
+def shapes_of(chosen: Chosen) -> set[tuple[str, str]]:
+    """Kinds of quantities and factors of the tables that a free function is made of; none of a term."""
+    free = chosen.main.regressor
+    return (
+        {(kind_of(name), grid.times) for grid in free.grids for name in grid.over} if isinstance(free, Free) else set()
+    )
+
+
+def draws_wave(function: Chosen, wave: Regressor) -> bool:
+    """Whether a function without a name draws a term that is a wave over the output angle, such as gravity."""
+    is_wave = isinstance(wave, Named) and wave.variables == (ANGLE,) and not wave.point
+    return is_wave and function.effect == UNKNOWN and (ANGLE, "1") in shapes_of(function)
+
+
+def foresees(model: ChannelModel, others: Sequence[Chosen], name: Chosen, table: Chosen) -> bool:
+    """Whether a name predicts points left out with less than half of the squares of a table (:func:`worse_by`)."""
+    return worse_by(model, others, name, table) * criteria.EITHER > 1.0
+
+
+def worse_by(model: ChannelModel, others: Sequence[Chosen], name: Chosen, table: Chosen) -> float:
+    """Squares with which a table beside some others predicts points left out, over those of a name, in motion of no set
+    points; nan elsewhere. There a point left out is often the only one that has been at its places: a table says
+    nothing of them, and its density forgives it for knowing that (:func:`bench.mismatch.regression.folds.squares`).
+    """
+    regressors = name.main.regressor, table.main.regressor
+    if not (isinstance(regressors[0], Named) and isinstance(regressors[1], Free) and model.problem.free):
+        return float("nan")
+
+    def left(one: Chosen) -> float:
+        chosen = [*others, one]
+        return float(squares(model.bank, model.blocks(chosen), model.folds, model.refitted(chosen).variance).sum())
+
+    return left(table) / max(left(name), 1e-300)
 
 
 def predict_alike(model: ChannelModel, others: Sequence[Chosen], effect: Chosen, other: Chosen) -> bool:

@@ -114,6 +114,8 @@ class ChannelProblem:
     """whether recordings of such a motion are pieces of a few longer ones, which share the sensors' zeros"""
     states: bool = False
     """whether functions of states that are not recorded are candidates"""
+    swings: bool = False
+    """whether the output never turns round, so that functions of its angle are candidates where orders are elsewhere"""
     unresolved: float = 0.0
     """what rounding leaves of the level of the quantity that the channel is compared with, in its unit"""
 

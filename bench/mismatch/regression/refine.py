@@ -76,9 +76,10 @@ def refined(
     problem: ChannelProblem, bank: Bank, others: Sequence[Block], start: Named, variance: float, tied: bool = False
 ) -> Named:
     """The term with its nonlinear parameters where they fit best beside ``others``, and their standard deviations; as
-    it is where it has none. ``tied``: with the very coefficient of the term it shares it with.
+    it is where it has none, or where they count something. ``tied``: with the very coefficient of the term it shares it
+    with.
     """
-    if not start.point:
+    if not start.point or start.form.counts:
         return start
     frame = problem.rows.frame
     course = _Course(problem, start.form, tuple(b for b in others if tied and b.regressor.effect == start.form.shares))

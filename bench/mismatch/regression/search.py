@@ -13,7 +13,7 @@ from bench.mismatch import criteria
 from bench.mismatch.regression.auxiliary import auxiliary_candidates, composed_candidates
 from bench.mismatch.regression.bank import Bank
 from bench.mismatch.regression.beside import chance_of, shaped
-from bench.mismatch.regression.candidates import free_candidates, named_candidates
+from bench.mismatch.regression.candidates import free_candidates, named_candidates, swing_candidates
 from bench.mismatch.regression.choosing import best_candidate, hidden_pair
 from bench.mismatch.regression.copies import copies, notes_of
 from bench.mismatch.regression.description import description
@@ -75,6 +75,7 @@ def begun(problem: ChannelProblem, seed: int = 0, left: FloatArray | None = None
             problem.channel, problem.rows.frame, problem.switched_off, problem.banned, problem.free, problem.cut
         ),
         *free_candidates(problem.channel, frame, problem.free, problem.states),
+        *(swing_candidates(problem.channel, frame) if problem.swings else ()),
         *auxiliary_candidates(problem.channel, frame),
         *composed_candidates(problem.channel, frame, problem.angles),
     ]

@@ -17,7 +17,16 @@ from bench.mismatch import criteria
 from bench.mismatch.regression.beside import free_function, handicap_of, idle, in_its_form, shaped, sound_beside
 from bench.mismatch.regression.choosing import MOST_FORMS, MOST_REFINED, price_of_course
 from bench.mismatch.regression.description import description, prior_of
-from bench.mismatch.regression.equivalent import heirs_of, holds, numbers_of, predict_alike, says_most_of, untold
+from bench.mismatch.regression.equivalent import (
+    draws_wave,
+    heirs_of,
+    holds,
+    numbers_of,
+    predict_alike,
+    says_most_of,
+    untold,
+    worse_by,
+)
 from bench.mismatch.regression.folds import apart, surely_more, weights
 from bench.mismatch.regression.heredity import orphaned, without
 from bench.mismatch.regression.model import ChannelModel, Chosen
@@ -54,6 +63,8 @@ class Contender:
     as_good: bool
     surely_worse: bool = False
     surely_better: bool = False
+    worse_by: float = float("nan")
+    """squares with which it predicts points left out, over those of a name that it is a table in place of"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +110,7 @@ def _slot(search: Search, tested: Chosen, whole: FloatArray, number: int) -> Slo
     best = [max((c for c in (*found, *alike) if c.effect == effect), key=predicts) for effect in same]
     found = [*(c for c in found if c.effect not in same), *best]
     if model.problem.free:
-        found = [c for c in found if sound_beside(search, others, c.main, model.refitted([*others, c]))]
+        found = [c for c in found if sound_beside(search, others, c.main, model.refitted([*others, c]), tested)]
     # a name and its alternatives meet in the form in which each predicts best
     rated = tested
     if any(c.effect != UNKNOWN for c in found):
@@ -116,6 +127,9 @@ def _slot(search: Search, tested: Chosen, whole: FloatArray, number: int) -> Slo
     share = prior * weights(table, search.seed + number, costs)
     share = share / share.sum()
     heirs, needless = heirs_of(model, others, (tested, *found))
+    worse = [worse_by(model, others, tested, c) for c in found]
+    # a table in the place of a name that foresees what it does not is that name with more numbers
+    heirs |= {k + 1: 0 for k, ratio in enumerate(worse) if ratio * criteria.EITHER > 1.0 and 0 not in heirs}
     for k in sorted(heirs, key=lambda k: -numbers_of((tested, *found)[k])):
         share[heirs[k]] += share[k]
         share[k] = 0.0
@@ -130,11 +144,11 @@ def _slot(search: Search, tested: Chosen, whole: FloatArray, number: int) -> Slo
     for k, (chosen, density) in enumerate(zip(found, densities, strict=True)):
         loss, error = apart(whole, density)
         odds = worth(share[k + 1], chosen) / max(worth(share[0], tested), 1e-300)
-        worse = surely_more(whole, density)
+        surely_worse = surely_more(whole, density)
         near = unturned and _of_the_torque(chosen) and loss < gain - loss
         # what says with more numbers what the effect says is no other explanation
         if not near and heirs.get(k + 1) != 0:
-            near = called_as_good(tested, chosen, float(odds), loss, worse, at_its_end)
+            near = called_as_good(tested, chosen, float(odds), loss, surely_worse, at_its_end)
             doubtful = chosen.effect != UNKNOWN and criteria.VERY_STRONG <= loss < 2.0 * criteria.VERY_STRONG
             near = near or (doubtful and predict_alike(model, others, rated, chosen))
             near = near or (
@@ -144,7 +158,10 @@ def _slot(search: Search, tested: Chosen, whole: FloatArray, number: int) -> Slo
             near = near and (chosen.effect == UNKNOWN or says_most_of(model, others, rated, chosen))
             near = near or chosen.effect in same
         better = surely_more(density, whole)
-        alternatives.append(Contender(chosen, density, loss, error, float(share[k + 1]), near, worse, better))
+        weight = float(share[k + 1])
+        alternatives.append(
+            Contender(chosen, density, loss, error, weight, near, surely_worse, better, worse_by=worse[k])
+        )
     plainer = alternatives[heirs[0] - 1] if 0 in heirs else None
     alternatives.sort(key=lambda r: r.loss)
     last = search.scans[-1] if search.scans else seen
@@ -188,6 +205,8 @@ def _alternatives(search: Search, tested: Chosen, others: Sequence[Chosen], seen
         if orphaned(regressor, taken, search.model.problem.lacking):
             continue
         # a law that says the effect, or one that is beside it, as well as its own is no other explanation
+        if any(draws_wave(c, regressor) for c in others):
+            continue
         if isinstance(regressor, Named) and {tested.effect, *taken} & set(regressor.form.says):
             continue
         if isinstance(regressor, Named):

@@ -8,7 +8,7 @@ from dataclasses import replace
 from bench.mismatch import criteria
 from bench.mismatch.regression.beside import chance_of, differs_from_zero, free_function, handicap_of, in_its_form
 from bench.mismatch.regression.description import description
-from bench.mismatch.regression.equivalent import explains_most
+from bench.mismatch.regression.equivalent import draws_wave, explains_most, foresees, shapes_of
 from bench.mismatch.regression.heredity import laws, without
 from bench.mismatch.regression.model import Block, ChannelModel, Chosen, add_block, sum_of_blocks
 from bench.mismatch.regression.one_law import one_or_two
@@ -22,7 +22,6 @@ from bench.mismatch.regression.slots import Contender, Slot, slots
 from bench.mismatch.regression.state import Search
 from bench.mismatch.regression.strength import active_size
 from bench.mismatch.regression.taken_over import without_taken_over
-from bench.simulation.quantities import kind_of
 
 
 def settle(search: Search) -> list[Slot]:
@@ -163,8 +162,12 @@ def _succession(model: ChannelModel, slot: Slot) -> list[Chosen] | None:
         return others
     if slot.plainer is not None:
         return [*others, slot.plainer.chosen]
-    best = max((r for r in slot.alternatives if r.chosen.effect != UNKNOWN), key=lambda r: r.weight, default=None)
-    nameless = max((r for r in slot.alternatives if r.chosen.effect == UNKNOWN), key=lambda r: r.weight, default=None)
+    foreseeing = _foreseeing(model, slot, others)
+    if foreseeing is not None:
+        return [*others, foreseeing]
+    alternatives = [r for r in slot.alternatives if not foresees(model, others, slot.chosen, r.chosen)]
+    best = max((r for r in alternatives if r.chosen.effect != UNKNOWN), key=lambda r: r.weight, default=None)
+    nameless = max((r for r in alternatives if r.chosen.effect == UNKNOWN), key=lambda r: r.weight, default=None)
     if nameless is not None and (_disowned(slot, nameless) or _part_of_the_unknown(model, slot, nameless)):
         return [*others, nameless.chosen]
     if nameless is not None and slot.chosen.effect == UNKNOWN and slot.weight < criteria.AS_GOOD * nameless.weight:
@@ -190,6 +193,12 @@ def _succession(model: ChannelModel, slot: Slot) -> list[Chosen] | None:
     return [*others, best.chosen] if best.surely_better or not beside or explains_most(model, best.chosen) else None
 
 
+def _foreseeing(model: ChannelModel, slot: Slot, others: Sequence[Chosen]) -> Chosen | None:
+    """The name that takes the place of a table that it foresees better than; None where there is none."""
+    names = (r.chosen for r in slot.alternatives if foresees(model, others, r.chosen, slot.chosen))
+    return next((c for c in names if not strained(c.main.regressor, model.problem.rows.frame)), None)
+
+
 def _least_sure(model: ChannelModel) -> Chosen | None:
     """The effect that is least surely more than nothing, as recordings differ; None where all are sure. What rows of
     one recording share, a start or a zero of its own, makes rows as sure of an effect as if each said so. A name is
@@ -213,13 +222,8 @@ def _less_than_its_correction(model: ChannelModel) -> Chosen | None:
     the name (:data:`criteria.SHAPE`), but many rows say more than any prior.
     """
 
-    def size(block: Block) -> float:
-        rows, train = model.problem.rows, model.problem.train
-        course = sum_of_blocks([block], model.fit, rows.frame)[train]
-        return active_size(model.calibration.beyond(course), rows.number[train])
-
     shaped = ((c, c.shape) for c in model.chosen if c.shape is not None and not c.nominal)
-    return next((c for c, shape in shaped if size(shape) > size(c.main)), None)
+    return next((c for c, shape in shaped if _size(model, shape) > _size(model, c.main)), None)
 
 
 def _in_its_place(search: Search, doubtful: Chosen) -> list[Chosen]:
@@ -260,17 +264,24 @@ def _disowned(slot: Slot, nameless: Contender | None) -> bool:
 
 def _drawn_by_the_unknown(model: ChannelModel, effect: Chosen) -> bool:
     """Whether a name stands beside a function without one that draws whatever form it may have: the two are one
-    function, which no name says.
+    function, which no name says. A wave over the angle has one form: it is drawn by such a function that is at least
+    half as large.
     """
     regressor = effect.main.regressor
     if not isinstance(regressor, Named) or regressor.term.nominal:
         return False
     forms = set(regressor.term.shape_of(model.channel, regressor.form))
-    free = (c.main.regressor for c in model.chosen if c.effect == UNKNOWN)
-    drawn = [
-        {(kind_of(name), grid.times) for grid in f.grids for name in grid.over} for f in free if isinstance(f, Free)
-    ]
-    return bool(forms) and any(forms <= functions for functions in drawn)
+    if forms:
+        return any(forms <= shapes_of(c) for c in model.chosen if c.effect == UNKNOWN)
+    drawing = [c for c in model.chosen if draws_wave(c, regressor)]
+    return any(_size(model, *c.blocks) >= criteria.EITHER * _size(model, *effect.blocks) for c in drawing)
+
+
+def _size(model: ChannelModel, *blocks: Block) -> float:
+    """Size of fitted blocks beyond what the calibrated simulation can say of them, where they act."""
+    rows, train = model.problem.rows, model.problem.train
+    course = sum_of_blocks(blocks, model.fit, rows.frame)[train]
+    return active_size(model.calibration.beyond(course), rows.number[train])
 
 
 def _part_of_the_unknown(model: ChannelModel, slot: Slot, nameless: Contender) -> bool:

@@ -213,6 +213,8 @@ def _why_not(other: RefittedAlternative) -> str:
     elif np.isfinite(other.weight):
         sure = f"below {LEAST_WEIGHT:g}" if other.weight < LEAST_WEIGHT else f"{other.weight:.2g}"
         text += f"; probability {sure} that it predicts best, its numbers counted"
+    if other.worse_by > 1.0:
+        text += f"; it leaves {other.worse_by:.2g} times the squares at these points"
     return text + ("; the recordings cannot tell the two apart" if other.as_good else "")
 
 

@@ -53,6 +53,7 @@ VARIABLES: dict[str, Variable] = {
     "torque": _TORQUE,
     "torque_path": _TORQUE,
     "load": Variable(TORQUE, "size of the load torque / N·m", lambda f: np.abs(f.torque_level)),
+    "motor_torque": Variable(TORQUE, "motor torque / N·m", lambda f: f.motor_torque),
     "load_motor_torque": Variable(TORQUE, "load motor's torque / N·m", lambda f: f.load_motor_level),
     "torque_rate": Variable(
         "", "change of the load torque / (N·m/s)", lambda f: f.torque_rate, words="where the load changes"

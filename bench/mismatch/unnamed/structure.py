@@ -240,7 +240,7 @@ def _of_tone(found: Tone, outcome: ChannelOutcome) -> Discovery:
         UNKNOWN,
         1.0 - found.p_value,
         outcome.channel,
-        f"a tone of {found.frequency:.3g} Hz, {'whatever the speed' if found.everywhere else 'at some speeds'}",
+        f"a tone of {found.frequency:.3g} Hz, {'whatever the speed' if found.everywhere else 'in some recordings'}",
         f"{outcome.channel} += a*sin(2*pi*f*t + phase of each recording)",
         ("time",) if found.everywhere else ("speed", "torque", "temperature"),
         (

@@ -16,6 +16,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter, percentile_filter
+from scipy.stats import chi2
 
 from bench.mismatch import criteria
 from bench.mismatch.recordings.vibration import NYQUIST_SHARE, Density
@@ -49,6 +50,14 @@ FELT_DOUBT = 2.0
 """times that an order may be felt more than that, by a damping of half as much, or as inertia and amplitude are not
 known better
 """
+OF_THE_LOUD = 0.25
+"""power of a line over its median in the recordings that clearly have one, from which a recording has it: half of its
+size
+"""
+QUIETER_BY = criteria.SHAPE**2
+"""of that power, that all other recordings have less of: so little is no form of the same tone"""
+LEAST_WITHOUT = 0.25
+"""share of the recordings that have no line, from which it is one of some recordings"""
 _QUIET = 25.0
 """percentile of the power about a frequency that is its noise at least, though orders stand there"""
 
@@ -137,6 +146,11 @@ def tone(
     if some is not None and not everywhere:
         peak, p = some.frequency, some.p_value
         rows = np.flatnonzero(np.nan_to_num(ratio[:, peak]) >= some.least)
+    else:
+        loud = _loud(ratio[:, peak], beyond[:, peak + 1], freedom)
+        if loud is not None:
+            # it is surely there, but not in all recordings: its size is that of those that have it
+            rows, everywhere = loud, False
     peak = _crest(ratio[rows], peak)
     line = measured(beyond[rows, peak : peak + 3], step, seed)
     at = first + peak + line.offset
@@ -152,6 +166,25 @@ def tone(
         p = 1.0
     size = (line.amplitude, line.amplitude_std)
     return Tone(at * step, line.offset_std * step, *size, p, tuple(strongest), squares, everywhere, heard)
+
+
+def _loud(ratio: FloatArray, beyond: FloatArray, freedom: FloatArray) -> IntArray | None:
+    """Recordings (k,) that have a line: its power over the noise ``ratio`` (n,), ``beyond`` the noise (n,), of spectra
+    of so many degrees of ``freedom`` (n,). None where hardly any is without it, or those without it may have a smaller
+    one.
+    """
+    seen = np.isfinite(beyond) & np.isfinite(ratio)
+    chance = criteria.ERROR_RATE_OF_A_CHANNEL
+    clear = seen & (np.nan_to_num(ratio) > chi2.isf(chance, freedom) / chi2.median(freedom))
+    if int(clear.sum()) < SPEEDS:
+        return None
+    usual = float(np.median(beyond[clear]))
+    loud = clear & (beyond >= OF_THE_LOUD * usual)
+    quiet = beyond[seen & ~loud]
+    few = quiet.size < LEAST_WITHOUT * int(seen.sum())
+    if few or int(loud.sum()) < SPEEDS or quiet.max() > QUIETER_BY * np.median(beyond[loud]):
+        return None
+    return np.flatnonzero(loud)
 
 
 def _stands_out(power: FloatArray, looked: NDArray[np.bool_], peak: int) -> bool:

@@ -73,6 +73,8 @@ class Form:
     """other effects that this form says as well: one law in place of theirs and its own"""
     variables: tuple[str, ...] = ()
     """quantities it depends on, where it depends on more than the other forms of its term: all of them"""
+    counts: bool = False
+    """whether its nonlinear parameters are whole numbers, such as the orders of teeth: none lies between two points"""
     blur: float = 0.0
     """share of the first of ``nonlinear`` by which the form leaves it open, for it does not follow its input to that"""
 

@@ -18,7 +18,8 @@ def outcome(backwards: float, channel: str = "motor_torque") -> Any:
     frame = made.revolutions((0.1,), (0.0,), 1000)
     direction = np.where(np.arange(frame.size) < backwards * frame.size, -1.0, 1.0)
     rows = SimpleNamespace(frame=replace(frame, direction=direction), number=np.full(frame.size, 4.0))
-    return SimpleNamespace(channel=channel, rows=rows, usable=np.ones(frame.size, dtype=bool), floor=0.03)
+    every = np.ones(frame.size, dtype=bool)
+    return SimpleNamespace(channel=channel, rows=rows, usable=every, held_out=~every, floor=0.03)
 
 
 @pytest.mark.parametrize(("backwards", "told"), [(0.0, "all"), (0.03, "0.97"), (0.98, "0.98"), (0.1, ""), (0.5, "")])
@@ -40,6 +41,12 @@ def test_only_of_the_motor_torque_and_of_what_is_compared() -> None:
 
 def test_orders_of_the_output_are_not_denied_where_functions_of_the_angle_are_found() -> None:
     data: Any = SimpleNamespace(linear=False, output={}, members=[], shaft=[])
-    said = limits(outcome(0.5), data)
-    assert "nor single orders of the output, but for functions of the angle" in said
+    swings = outcome(0.5)
+    frame = swings.rows.frame
+    # half a revolution each way in a thousand rows
+    swings.rows.frame = replace(frame, theta=0.5 * frame.theta, recording=np.zeros(frame.size, dtype=np.int64))
+    said = limits(swings, data)
+    assert "nor orders below 6, which are parts of functions of the angle, or above 667 per output revolution" in said
+    swings.rows.frame = replace(frame, theta=0.0 * frame.theta)
+    assert "nor single orders of the output, but for functions of the angle" in limits(swings, data)
     assert "once a revolution" not in said

@@ -61,7 +61,7 @@ TERM = Term(
     where="transmission_error's order spectrum",
     forms={
         TRANSMISSION_ERROR: (
-            Form("constant", _constant, (C, S), (F,), _orders),
+            Form("constant", _constant, (C, S), (F,), _orders, counts=True),
             Form(
                 "dependent",
                 _dependent,

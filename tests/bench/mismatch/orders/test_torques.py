@@ -242,3 +242,30 @@ def test_an_order_seen_in_one_direction_alone_has_no_model_of_both() -> None:
     assert all(np.isfinite(f) for f in found)
     for discovery in torque_discoveries(replace(given, shaft=shaft), 0):
         assert "as the drive's loop" not in discovery.words
+
+
+def loaded(of_load: float, of_weight: float) -> Periodicity:
+    """A low order of the output in recordings of several loads: so much per kN·m, and so much at any load."""
+    rng = np.random.default_rng(21)
+    plain = seen(185.0)
+    output = []
+    for k in range(40):
+        load = (-300.0, 100.0, 400.0, 900.0)[k % 4]
+        amplitude = NOISE * (rng.normal(size=HIGHEST_OUTPUT_ORDER + 1) + 1j * rng.normal(size=HIGHEST_OUTPUT_ORDER + 1))
+        amplitude[5] += of_load * load / 1000.0 + 1j * of_weight
+        output.append(OutputSpectrum(k, amplitude, NOISE, NOISE, load, 0.1, 25.0, 60.0 * k, (-1.0) ** (k // 4), 2.0))
+    return replace(plain, output=output, shaft=[], folds=np.arange(40, dtype=np.int64))
+
+
+def test_a_low_order_that_goes_with_the_load_is_told_as_no_function_of_the_rows_does() -> None:
+    (found,) = torque_discoveries(loaded(0.05, 0.0), 0)
+    assert (found.effect, found.orders) == ("unknown", (5.0,))
+    assert found.words == "order 5 of the output in proportion to the load"
+    values = {str(p["symbol"]): p["value"] for p in found.parameters}
+    assert np.hypot(values["c"], values["s"]) == pytest.approx(0.05, rel=0.1)
+
+
+def test_of_a_low_order_only_what_goes_with_the_load_is_told() -> None:
+    assert torque_discoveries(loaded(0.0, 0.05), 0) == []
+    (found,) = torque_discoveries(loaded(0.05, 0.05), 0)
+    assert [w["times"] for row in found.simulation_rows for w in row["waves"]] == ["tau"]

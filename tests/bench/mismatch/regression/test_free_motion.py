@@ -15,14 +15,14 @@ from bench.mismatch.regression.candidates import free_candidates
 from bench.mismatch.regression.copies import copies, notes_of
 from bench.mismatch.regression.description import description
 from bench.mismatch.regression.discoveries import discoveries, no_better_than_a_parabola, one_way_only
-from bench.mismatch.regression.equivalent import heirs_of
+from bench.mismatch.regression.equivalent import draws_wave, foresees, heirs_of
 from bench.mismatch.regression.heredity import laws, orphaned, without, without_laws
 from bench.mismatch.regression.model import Block, Chosen, add_block, left_by
 from bench.mismatch.regression.noise import alike_for, of_free_motion
 from bench.mismatch.regression.problem import BaseTerm, ChannelProblem
 from bench.mismatch.regression.regressors import Free, Named, named
 from bench.mismatch.regression.search import as_noisy_as_left, begun, carried_over, searched
-from bench.mismatch.regression.succession import settle
+from bench.mismatch.regression.succession import _drawn_by_the_unknown, settle
 from bench.simulation.frame import ARRAYS, FloatArray, Frame, concatenate
 from bench.simulation.tables import Grid
 from bench.simulation.terms import LIBRARY, MOTOR_TORQUE
@@ -398,3 +398,66 @@ def test_friction_over_the_angle_is_told_by_motion_both_ways(one_way: bool) -> N
     assert found
     assert all((d.confidence < 0.6) is one_way for d in found if d.confidence is not None)
     assert any("goes one way" in note for note in search.model.notes) is one_way
+
+
+def one_way_swing(pieces: int = 8, each: int = 40) -> Frame:
+    """One slow swing through five radians, cut into pieces: each is the only one that was at its angles."""
+    size = pieces * each
+    time = np.arange(size) / RATE
+    x = time / time[-1]
+    angle = -2.0 + 5.0 * (10.0 * x**3 - 15.0 * x**4 + 6.0 * x**5)
+    speed = np.gradient(angle, time)
+    frame = swinging(pieces=pieces * each // PIECE + 1).take(np.arange(size))
+    ones = np.ones(size)
+    return replace(
+        frame,
+        recording=np.repeat(np.arange(pieces), each),
+        time=time,
+        elapsed=time % (each / RATE),
+        theta=angle,
+        q=angle,
+        velocity=speed,
+        acceleration=np.gradient(speed, time),
+        direction=ones,
+        last_direction=ones,
+        travel=angle - angle[0],
+    )
+
+
+def test_a_table_that_says_nothing_where_nobody_has_been_gives_way_to_the_name_that_does() -> None:
+    frame = one_way_swing()
+    y = plain(frame) + 1.5 * np.sin(frame.q) + noise(frame)
+    search = begun(asked(frame, y, *NOMINAL))
+    model = search.model
+    knots = tuple(np.linspace(-2.0, 3.0, 8))
+    function = add_block(model.problem, model.bank, free("angle_about_zero", "d", *knots))
+    table = free_function(search, [], function)
+    gravity = Chosen(add_block(model.problem, model.bank, named("load.unbalance", MOTOR_TORQUE, "gravity")))
+    assert foresees(model, [], gravity, table)
+    assert not foresees(model, [], table, gravity)
+    search.model = replace(model, chosen=[table], fit=model.refitted([table]))
+    (slot,) = settle(search)
+    assert slot.chosen.effect == "load.unbalance"
+    # where the pieces were run apart on purpose their densities decide
+    apart_on_purpose = replace(model, problem=replace(model.problem, free=False))
+    assert not foresees(apart_on_purpose, [], gravity, table)
+
+
+@pytest.mark.parametrize(("spring", "drawn"), [(2.0, True), (0.1, False)])
+def test_gravity_beside_a_function_of_the_angle_that_is_as_large_is_a_part_of_it(spring: float, drawn: bool) -> None:
+    frame = swinging()
+    beyond = spring * np.maximum(frame.q - 0.5, 0.0) ** 2
+    search = begun(asked(frame, plain(frame) + 0.6 * np.sin(frame.q) + beyond + noise(frame), *NOMINAL))
+    model = search.model
+    gravity = Chosen(add_block(model.problem, model.bank, named("load.unbalance", MOTOR_TORQUE, "gravity")))
+    knots = tuple(np.linspace(float(frame.q.min()), float(frame.q.max()), 9))
+    function = add_block(model.problem, model.bank, free("angle_about_zero", "1", *knots))
+    both = [gravity, free_function(search, [gravity], function)]
+    model = replace(model, chosen=both, fit=model.refitted(both))
+    assert draws_wave(both[1], gravity.main.regressor)
+    assert not draws_wave(gravity, gravity.main.regressor)
+    if drawn:
+        assert _drawn_by_the_unknown(model, gravity)
+    # what stands beside it in the other direction is another thing
+    other = Chosen(replace(function, regressor=free("angle_about_zero", "d", *knots)))
+    assert not draws_wave(other, gravity.main.regressor)

@@ -76,7 +76,7 @@ def test_who_is_disowned(effect: str, weight: float, others: tuple[Any, ...], di
 @pytest.mark.parametrize(("weight", "gone"), [(0.02, True), (0.4, False)])
 def test_of_two_functions_without_a_name_the_likelier_stays(weight: float, gone: bool) -> None:
     slot = Slot(chosen("unknown"), 10.0, 0.001, weight, (contender("unknown", 0.95 - weight),))
-    own = cast("Any", SimpleNamespace(chosen=[slot.chosen], problem=SimpleNamespace(lacking=())))
+    own = cast("Any", SimpleNamespace(chosen=[slot.chosen], problem=SimpleNamespace(lacking=(), free=False)))
     expected = [slot.alternatives[0].chosen] if gone else None
     assert _succession(own, slot) == expected
 
@@ -276,7 +276,7 @@ def test_two_names_are_told_apart_with_their_corrections_and_without() -> None:
 def test_a_name_gives_way_to_one_that_is_far_likelier(other: float, taken: bool) -> None:
     own = chosen("thermal.convection_speed")
     alternative = Contender(chosen("thermal.second_mass"), np.zeros(0), 2.0, 1.0, other, True)
-    asked_of = SimpleNamespace(rows=SimpleNamespace(frame=None), lacking=())
+    asked_of = SimpleNamespace(rows=SimpleNamespace(frame=None), lacking=(), free=False)
     model = SimpleNamespace(problem=asked_of, chosen=[own], channel=TEMPERATURE)
     found = _succession(cast("Any", model), Slot(own, 20.0, 1e-4, 0.95 - other, (alternative,)))
     assert found == ([alternative.chosen] if taken else None)

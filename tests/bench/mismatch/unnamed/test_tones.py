@@ -205,3 +205,23 @@ def test_what_is_no_line_among_what_is_about_it_is_no_tone() -> None:
     assert found is not None
     assert found.p_value < criteria.ERROR_RATE_OF_A_CHANNEL
     assert found.frequency == pytest.approx(20.0, abs=0.1)
+
+
+@pytest.mark.parametrize(("with_it", "everywhere"), [(0.6, False), (1.0, True)])
+def test_a_tone_of_some_recordings_is_as_large_as_it_is_there(with_it: float, everywhere: bool) -> None:
+    """As of a load that is beyond a limit, at whatever speed: the others have nothing of it."""
+    loud, still = densities(1, tone=(17.3, 0.4)), densities(2)
+    number = round(with_it * len(loud))
+    mixed = [loud[k] if (7 * k) % len(loud) < number else still[k] for k in range(len(loud))]
+    found = tone(mixed, 0)
+    assert found is not None
+    assert found.p_value < criteria.ERROR_RATE_OF_A_CHANNEL
+    assert found.everywhere is everywhere
+    assert found.amplitude == pytest.approx(0.4, rel=0.15)
+
+
+def test_a_tone_that_is_smaller_in_some_recordings_is_still_everywhere() -> None:
+    loud, small = densities(1, tone=(17.3, 0.4)), densities(2, tone=(17.3, 0.2))
+    found = tone([loud[k] if k % 2 else small[k] for k in range(len(loud))], 0)
+    assert found is not None
+    assert found.everywhere
