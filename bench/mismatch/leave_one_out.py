@@ -39,13 +39,16 @@ Sizes = Mapping[tuple[str, ...], float]
 
 @dataclass(frozen=True, slots=True)
 class Question:
-    """One term to leave out, picklable: a worker reads the folder itself, once for all its questions."""
+    """One term to leave out, picklable: a worker reads the folder itself, once for all its questions, with rates
+    smoothed over ``span`` s.
+    """
 
     recordings: Paths
     model: Simulation
     channels: tuple[str, ...]
     known: Sizes
     effect: str
+    span: float
 
 
 Map = Callable[[Callable[[Question], LeftOut], Sequence[Question]], Iterable[LeftOut]]
@@ -70,7 +73,8 @@ def leave_one_out(
     for finding in whole:
         # two damaged places, or two functions of one quantity, have one kind
         known[_kind(finding)] = max(_size(finding), known.get(_kind(finding), 0.0))
-    questions = [Question(recordings, model, tuple(channels), known, effect) for effect in effects]
+    span = data.folder.manner.smoothing
+    questions = [Question(recordings, model, tuple(channels), known, effect, span) for effect in effects]
     out: list[LeftOut] = []
     answers = (_left_out_fit(data, q) for q in questions) if elsewhere is None else iter(elsewhere(answer, questions))
     for number, question in enumerate(questions):
@@ -81,12 +85,12 @@ def leave_one_out(
 
 def answer(question: Question) -> LeftOut:
     """Answer a question in a process of its own."""
-    return _left_out_fit(_loaded(question.recordings), question)
+    return _left_out_fit(_loaded(question.recordings, question.span), question)
 
 
 @lru_cache(1)
-def _loaded(recordings: Paths) -> Dataset:
-    return load(recordings)
+def _loaded(recordings: Paths, span: float) -> Dataset:
+    return load(recordings, span=span)
 
 
 def _left_out_fit(data: Dataset, question: Question) -> LeftOut:

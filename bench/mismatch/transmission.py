@@ -12,7 +12,7 @@ from bench.mismatch import criteria
 from bench.mismatch.discovery import AMBIGUOUS, UNNAMED, ChannelOutcome, Discovery
 from bench.mismatch.given import Given
 from bench.mismatch.orders.courses import EFFECTS
-from bench.mismatch.orders.misread import torque_check
+from bench.mismatch.orders.misread import HARMONIC, torque_check
 from bench.mismatch.orders.model import GivenOrders, KnownOffset, Swings, TransmissionModel, begun
 from bench.mismatch.orders.of_motor import multiples
 from bench.mismatch.orders.reaction import reaction_of
@@ -42,7 +42,6 @@ from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANS
 
 APART = 0.5
 """orders by which one is another order"""
-HARMONIC = "te.harmonic"
 SETTLES = 0.5
 """of the energy that an offset moved by inside revolutions in one turn, what it moves by in the next at most where
 orders and offset, found in turns, settle: a play that a torque crosses moved by a hundredth each time

@@ -16,17 +16,17 @@ from scipy.stats import norm, t
 
 from bench.mismatch import criteria
 from bench.mismatch.discovery import NAMED, Discovery
-from bench.mismatch.orders.misread import ENCODER
+from bench.mismatch.orders.misread import ENCODER, HARMONIC
 from bench.mismatch.problems import usable
 from bench.mismatch.read_motion import without_misread_motion
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.read_again import finely
 from bench.mismatch.recordings.rows import error_of_mean
+from bench.mismatch.recordings.window import spread_over
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms import LIBRARY, MOTOR_TORQUE
 from bench.simulation.waves import Wave, from_json
 
-HARMONIC = "te.harmonic"
 MOST = 12
 """recordings that are asked, spread over those that may be fitted"""
 FEWEST_ROWS = 50
@@ -60,13 +60,13 @@ def told(found: Discovery, data: Dataset, decided: Collection[float] = ()) -> Di
     if chance > 2.0 * float(norm.sf(criteria.BESIDE_UNKNOWN_ERRORS)):
         return found
     effect = ENCODER if gain.better > 0.0 else HARMONIC
-    better = "better" if effect == ENCODER else "worse"
+    followed = f"is followed {'better' if effect == ENCODER else 'worse'} without their derivatives in its motion"
     return replace(
         found,
         effect=effect,
         status=NAMED,
         confidence=None if found.confidence is None else found.confidence * (1.0 - chance),
-        words=f"{LIBRARY[effect].name}, by the motor's torque: without their derivatives its motion says that {better}",
+        words=f"{LIBRARY[effect].name}: the torque of the motor {followed}",
         alternatives=tuple(a for a in found.alternatives if a.effect not in (ENCODER, HARMONIC)),
         simulation_rows=tuple({**row, "effect": effect} for row in found.simulation_rows),
     )
@@ -91,7 +91,7 @@ def gained(waves: Sequence[Wave], data: Dataset) -> Gained | None:
     at these orders are fitted on both sides, so that only what goes with the square of the speed decides.
     """
     fitted = [k for k, fold in enumerate(data.folds()) if fold >= 0]
-    chosen = [fitted[k] for k in np.unique(np.linspace(0, len(fitted) - 1, min(MOST, len(fitted))).round().astype(int))]
+    chosen = spread_over(fitted, MOST)
     parts: list[tuple[FloatArray, FloatArray, FloatArray, FloatArray]] = []
     slowest = min((float(data.parts[k].recording.sample_rate) for k in chosen), default=1.0)
     orders = [w.order for w in waves]

@@ -20,7 +20,7 @@ from bench.mismatch.recordings.vibration import ShaftSpectrum
 from bench.simulation.frame import FloatArray
 from bench.simulation.waves import Wave
 
-ENCODER = "sensor.motor_encoder"
+ENCODER, HARMONIC = "sensor.motor_encoder", "te.harmonic"
 HALF = 0.5
 """of an order, which the first that is told must be the encoder's: the loop may answer an order by a part more or less
 than it answers the others"""

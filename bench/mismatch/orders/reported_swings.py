@@ -8,7 +8,7 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.discovery import AMBIGUOUS, NAMED, UNKNOWN, UNNAMED, Discovery, RefittedAlternative
-from bench.mismatch.orders.misread import ENCODER
+from bench.mismatch.orders.misread import ENCODER, HARMONIC
 from bench.mismatch.orders.periodicity import MOST_WAVES, equation
 from bench.mismatch.orders.reported import OF_MOTOR, WAVE, parameter, probability
 from bench.mismatch.orders.shaft import PHASES, RIPPLE
@@ -17,8 +17,6 @@ from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.strength import active_size
 from bench.simulation.frame import FloatArray
 from bench.simulation.terms import LIBRARY, MOTOR_TORQUE, TRANSMISSION_ERROR
-
-HARMONIC = "te.harmonic"
 
 
 def discoveries(

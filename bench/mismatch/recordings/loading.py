@@ -38,9 +38,11 @@ def load(
     jobs: int = 1,
     base: Base | None = None,
     waves: bool | None = None,
+    span: float | None = None,
 ) -> Dataset:
     """Read a folder of recordings, or several as one, and reduce it, on ``jobs`` processes; ``base``: a simulation from
-    elsewhere; ``waves``: whether the load torque follows those of the transmission error, where that is known.
+    elsewhere; ``waves``: whether the load torque follows those of the transmission error, and ``span``: over how many
+    seconds rates are smoothed, where that is known.
 
     Raises RecordingError where no recording can be used, ConfigurationError where folders are no one data set.
     """
@@ -75,6 +77,8 @@ def load(
     if all(is_linear(r) for r in usable):
         notes.append("a linear axis: metres and newtons")
     folder = Folder.of(usable, base)
+    if span is not None:
+        folder = replace(folder, manner=replace(folder.manner, smoothing=span))
     if waves is None:
         waves = follows_waves(fitted, folder)
     if not waves:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from bench.mismatch.recordings.smoothing import WINDOWS_S, local_quadratic, repa
 from bench.recording import Recording
 from bench.simulation.frame import FloatArray
 
+Item = TypeVar("Item")
 SPANS_S = (0.004, 0.008, *WINDOWS_S)
 """lengths of the window that are asked, the shortest first"""
 LONG_S = (0.12, 0.25, 0.5, 1.0)
@@ -84,10 +86,10 @@ def best_rates(recordings: Sequence[Recording], standstill: float) -> Rates | No
     return other[0] if other is not None and AS_GOOD * other[1] < found[1] else found[0]
 
 
-def spread_over(recordings: Sequence[Recording], most: int) -> list[Recording]:
-    """So many of some recordings at most, spread evenly."""
-    spread = np.linspace(0.0, len(recordings) - 1.0, min(most, len(recordings))).round().astype(int)
-    return [recordings[i] for i in np.unique(spread)]
+def spread_over(items: Sequence[Item], most: int) -> list[Item]:
+    """So many of some items at most, spread evenly."""
+    spread = np.linspace(0.0, len(items) - 1.0, min(most, len(items))).round().astype(int)
+    return [items[i] for i in np.unique(spread)]
 
 
 def _best(hows: Sequence[Rates], recordings: Sequence[Recording], standstill: float) -> tuple[Rates, float] | None:
