@@ -132,7 +132,7 @@ def prove(
             typer.echo(f"made anew: {page}")
         return
     if real is not None:
-        _real(real, out, () if sets == _SETS else tuple(s.strip() for s in sets.split(",")), table)
+        _real(real, out, () if sets == _SETS else tuple(s.strip() for s in sets.split(",")), table, jobs)
         return
     if open_seed is not None:
         from bench.cli._opened import print_concealed
@@ -185,8 +185,11 @@ def _criteria(listed: list[Job], options: _Options, store: Path | None) -> None:
     typer.echo(criteria_table.page(target))
 
 
-def _real(folder: Path, out: Path, names: tuple[str, ...], table: Path | None) -> None:
-    """Examine the public sets named, all where none is; write the page, or print it."""
+def _real(folder: Path, out: Path, names: tuple[str, ...], table: Path | None, jobs: int) -> None:
+    """Examine the public sets named, all where none is, so many at once; write the page, or print it."""
+    from functools import partial
+
+    from bench import processes
     from bench.errors import ConfigurationError
     from bench.proof.real.examine import examine
     from bench.proof.real.page import page
@@ -198,11 +201,11 @@ def _real(folder: Path, out: Path, names: tuple[str, ...], table: Path | None) -
     if unknown:
         listed = ", ".join(case.name for case in known)
         raise ConfigurationError(f"--set: there is no real set {', '.join(sorted(unknown))}, there are {listed}.")
+    wanted = [case for case in known if not names or case.name in names]
     rows = []
-    for case in known:
-        if names and case.name not in names:
-            continue
-        rows.append(examine(case, folder, out / "real", notify=lambda what: say(what, err=True)))
+    for row in processes.over(partial(examine, folder=folder, out=out / "real"), wanted, jobs):
+        say(f"[{len(rows) + 1}/{len(wanted)}] {row.real.name}, {row.seconds:.0f} s", err=True)
+        rows.append(row)
     made = commit()
     changed = " with changes" if made.endswith("+changes") else ""
     at = f"commit `{made[:12]}`{changed}" if made else "a commit that is not known"

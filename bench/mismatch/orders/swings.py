@@ -35,6 +35,10 @@ CLIMBS = 2.0
 """widths of a line on either side of an order that was asked, within which its summit is looked for"""
 FINE = 64
 """steps of a line's width in which it is"""
+TONES = 64
+"""frequencies on either side of an order's usual one, half a line of the longest recording apart, at which a tone is
+asked in its place
+"""
 SURELY = 3.0
 """standard deviations by which an order is no multiple of the shaft's, and none of the output's"""
 APART = 0.25
@@ -98,8 +102,10 @@ def search(rows: Rows, y: FloatArray, fitted: NDArray[np.bool_]) -> tuple[SwingO
             break
         order = fit.summit(float(asked[best]), width, float(noise[best]))
         passed[best] = True
-        # what is left at an order that was fitted is no wave of it
-        if all(abs(order - f) >= 0.5 * APART for f in fit.orders):
+        # what is left at an order that was fitted is no wave of it, and what is as well a tone is no order for sure
+        if all(abs(order - f) >= 0.5 * APART for f in fit.orders) and fit.beyond_tones(order) > (
+            criteria.VERY_STRONG * float(noise[best])
+        ):
             fit.add(order)
             noise = np.interp(asked, spaced, fit.noise(spaced))
     noise_at = fit.noise(spaced)
@@ -123,7 +129,7 @@ class _Fit:
 
     def __init__(self, frame: Frame, y: FloatArray, weight: FloatArray) -> None:
         self.theta, self.weight, self.root, self.ratio = frame.theta, weight, np.sqrt(weight), frame.ratio
-        self.turned = np.abs(frame.velocity) * frame.step
+        self.turned, self.time, self.speed = np.abs(frame.velocity) * frame.step, frame.time, np.abs(frame.velocity)
         self.orders: list[float] = []
         self._columns: list[FloatArray] = []
         self._recordings = [np.flatnonzero(frame.recording == k) for k in np.unique(frame.recording)]
@@ -165,6 +171,23 @@ class _Fit:
             each = finufft.nufft1d3(self.theta[rows] - middle, strengths, orders, eps=ACCURACY, isign=-1, nthreads=1)
             sums += np.exp(-1j * middle * orders) * each
         return np.asarray(np.abs(sums) ** 2 / float(self.weight.sum()))
+
+    def beyond_tones(self, order: float) -> float:
+        """Power at an ``order`` beyond that of a tone of about its frequency, each with a phase of its own in every
+        recording. Where the speed hardly varies an order is a tone as well.
+        """
+        hertz = order * float(np.average(self.speed, weights=self.weight)) / (2.0 * np.pi)
+        of_order, of_tones = 0.0, np.zeros(0)
+        lasts = max(float(np.ptp(self.time[rows])) for rows in self._recordings)
+        tones = 2.0 * np.pi * (hertz + np.arange(-TONES, TONES + 1) / (2.0 * max(lasts, 1e-12)))
+        for rows in self._recordings:
+            strengths = (self.weight[rows] * self.rest[rows]).astype(np.complex128)
+            whole = float(self.weight[rows].sum())
+            of_order += abs(np.sum(strengths * np.exp(-1j * order * self.theta[rows]))) ** 2 / whole
+            time = self.time[rows] - float(np.mean(self.time[rows]))
+            heard = finufft.nufft1d3(time, strengths, tones, eps=ACCURACY, isign=-1, nthreads=1)
+            of_tones = np.abs(heard) ** 2 / whole + (of_tones if of_tones.size else 0.0)
+        return of_order - float(of_tones.max())
 
     def noise(self, orders: FloatArray) -> FloatArray:
         """Power of noise at evenly spaced orders (k,), by the median of those about each."""

@@ -33,6 +33,7 @@ def swings(size: float = 0.7, ratio: float = 50.0, seed: int = 1) -> Frame:
         frame,
         ratio=ratio,
         recording=np.repeat(np.arange(6), ROWS // 6 + 1)[:ROWS],
+        time=time,
         theta=angle,
         q=angle,
         velocity=speed,
@@ -135,6 +136,20 @@ def test_amplitudes_of_orders_that_rows_average_scatter_by_what_is_said_of_them(
         (found,) = search(rows_of(frame, y), y, EVERY)
         off.append((found.wave.cosine - 0.02) / (found.wave.cosine_std or 1.0))
     assert 0.7 < float(np.std(off)) < 1.35
+
+
+@pytest.mark.parametrize("varies", [True, False])
+def test_what_may_as_well_be_a_tone_is_no_order(varies: bool) -> None:
+    """Of a motion at one speed nothing tells an order from a tone; of one that varies both are told apart."""
+    frame = swings()
+    time = np.linspace(0.0, 60.0, ROWS)
+    if not varies:
+        angle = 0.3 * (time % 10.0) - 1.5
+        frame = replace(frame, theta=angle, q=angle, velocity=np.full(ROWS, 0.3), direction=np.ones(ROWS))
+    y = 0.02 * np.cos(50.0 * frame.theta) + noise(frame)
+    assert [o.wave.order for o in search(rows_of(frame, y), y, EVERY)] == ([50.0] if varies else [])
+    tone = 0.02 * np.cos(2.0 * np.pi * 3.1 * time) + noise(frame)
+    assert search(rows_of(frame, tone), tone, EVERY) == ()
 
 
 def test_the_longest_swing_and_the_rows_bound_the_orders() -> None:
