@@ -191,7 +191,7 @@ def _real(folder: Path, out: Path, names: tuple[str, ...], table: Path | None, j
 
     from bench import processes
     from bench.errors import ConfigurationError
-    from bench.proof.real.examine import examine
+    from bench.proof.real.examine import Examined, examine
     from bench.proof.real.page import page
     from bench.proof.real.sets import all_sets
     from bench.proof.results import commit
@@ -202,7 +202,7 @@ def _real(folder: Path, out: Path, names: tuple[str, ...], table: Path | None, j
         listed = ", ".join(case.name for case in known)
         raise ConfigurationError(f"--set: there is no real set {', '.join(sorted(unknown))}, there are {listed}.")
     wanted = [case for case in known if not names or case.name in names]
-    rows = []
+    rows: list[Examined] = []
     for row in processes.over(partial(examine, folder=folder, out=out / "real"), wanted, jobs):
         say(f"[{len(rows) + 1}/{len(wanted)}] {row.real.name}, {row.seconds:.0f} s", err=True)
         rows.append(row)

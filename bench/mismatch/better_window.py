@@ -35,7 +35,7 @@ Left = dict[int, tuple[FloatArray, NDArray[np.bool_]]]
 
 def smoothed_over(data: Dataset, span: float) -> Dataset:
     """The data set with rates smoothed over another ``span``, s; its rows are as they were."""
-    return replace(data, folder=replace(data.folder, manner=replace(data.folder.manner, smoothing=span)))
+    return replace(data, folder=data.folder.smoothed(span))
 
 
 def left(data: Dataset, improved: Simulation) -> Left | None:

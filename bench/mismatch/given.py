@@ -46,6 +46,10 @@ LOAD_INERTIA, ACCELERATED, SHAFTS = "load.inertia", "accelerated_with", "shafts"
 """term of the load's inertia, a key of it, and what that says where the load torque follows the acceleration of both
 shafts together and not the waves of the transmission error (:mod:`bench.mismatch.recordings.followed_waves`)
 """
+MOTOR_INERTIA, SMOOTHED = "motor.inertia", "rates_smoothed_s"
+"""term of the motor's inertia, and a key of it: over how many seconds the rates are smoothed with which it was found,
+where the motion follows no set speeds (:mod:`bench.mismatch.better_window`)
+"""
 LOAD_SIDE = "load."
 """begins the ids of what turns the shaft at the torque sensor"""
 
@@ -206,6 +210,28 @@ def with_shafts(model: Simulation) -> Simulation:
     """A simulation whose load torque follows the acceleration of both shafts together."""
     term = model.terms.get(LOAD_INERTIA, Term(LOAD_INERTIA))
     return model.with_term(replace(term, extra={**term.extra, ACCELERATED: SHAFTS}))
+
+
+def says_span(model: Simulation) -> float | None:
+    """Over how many seconds the rates are smoothed with which a simulation's inertia was found; None where it does not
+    say. Raises ConfigurationError where it says something else.
+    """
+    term = model.terms.get(MOTOR_INERTIA)
+    said = None if term is None else term.extra.get(SMOOTHED)
+    if said is None:
+        return None
+    if isinstance(said, bool) or not isinstance(said, int | float) or not 0.0 < said < np.inf:
+        raise ConfigurationError(
+            f"the simulation's term {MOTOR_INERTIA} has '{SMOOTHED}': {said!r},"
+            " it should be a positive number of seconds"
+        )
+    return float(said)
+
+
+def with_span(model: Simulation, span: float) -> Simulation:
+    """A simulation that says over how many seconds the rates are smoothed."""
+    term = model.terms.get(MOTOR_INERTIA, Term(MOTOR_INERTIA))
+    return model.with_term(replace(term, extra={**term.extra, SMOOTHED: span}))
 
 
 def _misread(model: Simulation) -> tuple[tuple[float, ...], tuple[waves.Wave, ...]]:

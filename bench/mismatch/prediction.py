@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.foreign.opening import base_of
-from bench.mismatch.given import Given, Known, says_waves
+from bench.mismatch.given import Given, Known, says_span, says_waves
 from bench.mismatch.orders.shaken import INERTIA
 from bench.mismatch.power_zeros import (
     CONSTANT,
@@ -332,7 +332,7 @@ def predictions_of(
     whole = of_one_campaign(recordings) if only is None else list(recordings)
     beside = Path(model).resolve().parent if isinstance(model, str | Path) else Path.cwd()
     base = base_of(simulation.extra, beside)
-    folder = Folder.of(whole, base).following(says_waves(simulation))
+    folder = Folder.of(whole, base).following(says_waves(simulation)).smoothed(says_span(simulation))
     predictor = Predictor(Given.of(simulation))
     travelled = [0.0]
     rows = Collected()

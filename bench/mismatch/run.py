@@ -13,7 +13,7 @@ from bench.mismatch import score, simulation_file
 from bench.mismatch.analysis import Analysis, Progress, analyse, compared_channels
 from bench.mismatch.better_window import better_window, leaves_less
 from bench.mismatch.detection_limits import limits, one_way
-from bench.mismatch.given import Given
+from bench.mismatch.given import Given, says_span, with_span
 from bench.mismatch.leave_one_out import Map, leave_one_out
 from bench.mismatch.memory import give_back
 from bench.mismatch.recordings.dataset import Dataset, enough
@@ -67,7 +67,10 @@ def _run(
 ) -> Report:
     report_progress = progress or (lambda _what, _share: None)
     base = reference.base
-    data = load(recordings, lambda what, share: report_progress(what, 0.3 * share), jobs, base, reference.waves)
+    # a simulation that was handed over is compared with rates as it was found with
+    known = says_span(reference.simulation) if reference.kind == "model" else None
+    reading: Progress = lambda what, share: report_progress(what, 0.3 * share)  # noqa: E731
+    data = load(recordings, reading, jobs, base, reference.waves, known)
     given = reference.given(data)
     waves = data.folder.manner.follows_waves
     unlike = given.gearbox.unlike(data.ratio) if reference.kind == "model" else ""
@@ -84,7 +87,7 @@ def _run(
             if base is None or not is_nonlinear(data, analysis, values_of(analysis, base)[0]):
                 break
             base = base.at(values_of(analysis, base)[0])
-            data = load(recordings, None, jobs, base, waves)
+            data = load(recordings, None, jobs, base, waves, known)
             report.data = data
             analysis = analyse(data, Given.of(given, base), channels, searching)
         completed = _of_file(analysis, data)
@@ -136,7 +139,10 @@ def _run(
 
 def _of_file(analysis: Analysis, data: Dataset) -> Simulation:
     """The improved simulation as its file has it: what is scored is what the file will say."""
-    return Simulation.from_json(json.loads(json.dumps(simulation_file.improved(analysis, data.gearbox).to_json())))
+    improved = simulation_file.improved(analysis, data.gearbox)
+    if data.folder.manner.free:
+        improved = with_span(improved, data.folder.manner.smoothing)
+    return Simulation.from_json(json.loads(json.dumps(improved.to_json())))
 
 
 def _calibrated_orders(reference: Reference, data: Dataset, given: Simulation) -> tuple[float, ...]:

@@ -42,7 +42,7 @@ def load(
 ) -> Dataset:
     """Read a folder of recordings, or several as one, and reduce it, on ``jobs`` processes; ``base``: a simulation from
     elsewhere; ``waves``: whether the load torque follows those of the transmission error, and ``span``: over how many
-    seconds rates are smoothed, where that is known.
+    seconds rates of a motion without set speeds are smoothed, where that is known.
 
     Raises RecordingError where no recording can be used, ConfigurationError where folders are no one data set.
     """
@@ -76,9 +76,7 @@ def load(
         notes.append("the thermometer is open or shorted in all recordings: nothing is compared with the temperature")
     if all(is_linear(r) for r in usable):
         notes.append("a linear axis: metres and newtons")
-    folder = Folder.of(usable, base)
-    if span is not None:
-        folder = replace(folder, manner=replace(folder.manner, smoothing=span))
+    folder = Folder.of(usable, base).smoothed(span)
     if waves is None:
         waves = follows_waves(fitted, folder)
     if not waves:

@@ -111,6 +111,12 @@ class Folder:
         """The folder if its load torque follows the ``waves`` of the transmission error, or does not."""
         return replace(self, manner=replace(self.manner, follows_waves=waves))
 
+    def smoothed(self, span: float | None) -> Folder:
+        """The folder with rates smoothed over ``span`` s, where that is known and the motion follows no set speeds."""
+        if span is None or not self.manner.free:
+            return self
+        return replace(self, manner=replace(self.manner, smoothing=span))
+
     @property
     def notch(self) -> tuple[float, ...]:
         """Orders of the load motor's ripple per output revolution."""

@@ -8,7 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bench.errors import ConfigurationError
 from bench.mismatch.better_window import LEAST_COMPARED, better_window, left, over, smoothed_over
+from bench.mismatch.given import says_span, with_span
+from bench.mismatch.prediction import predict
 from bench.mismatch.recordings.loading import load
 from bench.mismatch.run import run
 from bench.simulation.model import Simulation
@@ -51,6 +54,16 @@ def test_noise_that_is_little_of_an_acceleration_and_much_of_the_rest_asks_for_a
     assert after is not None
     # as it was, 60 ms leave 0.2 N·m of the noise of the acceleration
     assert after < 0.06
+    # the file says it, and is compared and predicts with it
+    improved = Simulation.load(tmp_path / "report" / "model.json")
+    assert says_span(improved) == report.data.folder.manner.smoothing
+    again = run(folder, tmp_path / "again", tmp_path / "report" / "model.json")
+    assert again.data.folder.manner.smoothing == report.data.folder.manner.smoothing
+    assert again.findings == ()
+    one = next(m for m in report.data.members if m.held_out).recording
+    predicted = predict(improved, one)["motor_torque"]
+    off = (one.si("motor_torque") - predicted)[100:-100]
+    assert float(np.sqrt(np.median(off**2))) < 0.06
 
 
 @pytest.mark.slow
@@ -71,6 +84,16 @@ def test_only_samples_that_both_windows_compare_count() -> None:
     assert over(many, fewer) == pytest.approx(0.5)
     assert over(fewer, many) == pytest.approx(2.0)
     assert over(many, {}) == float("inf")
+
+
+@pytest.mark.parametrize("wrong", ["0.1", 0.0, -1.0, True, float("inf")])
+def test_a_window_that_is_none_is_refused(wrong: object) -> None:
+    model = Simulation.nominal()
+    assert says_span(model) is None
+    assert says_span(with_span(model, 0.12)) == 0.12
+    term = with_span(model, 0.12).terms["motor.inertia"]
+    with pytest.raises(ConfigurationError, match=r"'rates_smoothed_s': .* it should be a positive number of seconds"):
+        says_span(model.with_term(replace(term, extra={"rates_smoothed_s": wrong})))
 
 
 def test_where_the_motor_torque_is_not_said_nothing_is_asked(tmp_path: Path) -> None:
